@@ -51,16 +51,15 @@ pub fn camera_of(
 
 /// The camera of a file, for an image of this size.
 fn camera_for(image: &Picture, camera: &Camera) -> Result<(Camera, &'static str)> {
-    let (width, height) = image.size();
     if image.size() == camera.size() {
         return Ok((*camera, "file"));
     }
-    let expected_height = width as f64 * camera.height() as f64 / camera.width() as f64;
-    if (expected_height - height as f64).abs() > ROUNDING_PX {
+    let expected_height = image.width() as f64 * camera.height() as f64 / camera.width() as f64;
+    if (expected_height - image.height() as f64).abs() > ROUNDING_PX {
         bail!(
-            "it is for images of {} x {} pixels, this one has {width} x {height}",
-            camera.width(),
-            camera.height()
+            "it is for images of {} pixels, this one has {}",
+            camera.size(),
+            image.size()
         );
     }
     Ok((camera.resized(image.size())?, "file, resized"))
@@ -86,7 +85,7 @@ mod tests {
     fn a_camera_file_goes_before_exif_and_exif_before_a_guess() {
         let image = Picture::from_fn(1920, 1080, |_, _| [0; 3]);
         let file = read(Path::new("kinect-v2")).unwrap();
-        assert_eq!((file.focal().x, file.size()), (1057.8, (1920, 1080)));
+        assert_eq!((file.focal().x, file.size()), (1057.8, (1920, 1080).into()));
         let exif = Camera::pinhole((1920, 1080), DVec2::splat(1500.0), DVec2::new(960.0, 540.0)).unwrap();
         let path = Path::new("kinect-v2");
         assert_eq!(

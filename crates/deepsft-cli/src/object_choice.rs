@@ -162,10 +162,10 @@ pub fn printed(file: &Path, size: SizeMm) -> Result<Template> {
         let [width_mm, height_mm] = size.of(&picture);
         let stretch = height_mm / width_mm / ratio;
         if (stretch - 1.0).abs() > MAX_STRETCH {
-            let (width, height) = picture.size();
             return Err(anyhow!(
-                "it has {width} x {height} pixels, which do not fit {width_mm} x {height_mm} mm: width comes first, and the \
-                 size is that of the picture without the paper's margins"
+                "it has {} pixels, which do not fit {width_mm} x {height_mm} mm: width comes first, and the \
+                 size is that of the picture without the paper's margins",
+                picture.size()
             ));
         }
         Ok(Template::thin_shell(picture, width_mm, height_mm)?)

@@ -73,13 +73,9 @@ fn pictures(paths: Vec<PathBuf>) -> impl Iterator<Item = Result<Picture>> {
     paths.into_iter().map(move |path| {
         let picture = input::picture(&path)?;
         let actual = picture.size();
-        let (width, height) = *size.get_or_insert(actual);
-        if actual != (width, height) {
-            let different = anyhow::anyhow!(
-                "it has {} x {} pixels, the frames before it {width} x {height}",
-                actual.0,
-                actual.1
-            );
+        let expected = *size.get_or_insert(actual);
+        if actual != expected {
+            let different = anyhow::anyhow!("it has {actual} pixels, the frames before it {expected}");
             return Err(different).blame("image", &path);
         }
         Ok(picture)

@@ -6,7 +6,7 @@ use crate::matching::Match;
 use crate::target::PictureTarget;
 use deepsft_geometry::glam::{DVec2, DVec3, Vec2};
 use deepsft_geometry::raster::VisibleSurface;
-use deepsft_geometry::{Camera, GeometryError, TriangleMesh};
+use deepsft_geometry::{Camera, GeometryError, ImageSize, TriangleMesh};
 use std::f32::consts::{PI, TAU};
 
 /// Such matches may differ in this fraction of their bits.
@@ -77,11 +77,11 @@ struct ProjectedMesh {
 
 impl ProjectedMesh {
     fn new(mesh: &TriangleMesh, vertices: &[DVec3], camera: &Camera, size_mm: DVec2) -> Result<Self, GeometryError> {
-        let (width, height) = camera.size();
+        let ImageSize { width, height } = camera.size();
         let coarse = camera.resized((width.div_ceil(COARSER), height.div_ceil(COARSER)))?;
         Ok(Self {
             coarse: VisibleSurface::new(mesh, vertices, &coarse),
-            scale: DVec2::new(coarse.width() as f64, coarse.height() as f64) / DVec2::new(width as f64, height as f64),
+            scale: coarse.size().as_dvec2() / DVec2::new(width as f64, height as f64),
             size_mm,
             focal: camera.focal().x,
         })

@@ -1,7 +1,7 @@
 //! Image pyramids: a grey picture at many sizes.
 
 use deepsft_geometry::glam::Vec2;
-use deepsft_geometry::{Picture, luma};
+use deepsft_geometry::{ImageSize, Picture, luma};
 use std::borrow::Cow;
 
 /// How much smaller each level is than the one before.
@@ -33,13 +33,13 @@ pub(crate) fn pyramid_levels(picture: &Picture, shortest_side: usize, most: usiz
         if width.min(height) < shortest_side.max(8) {
             break;
         }
-        levels.push(level.shrunk((width, height)));
+        levels.push(level.shrunk(ImageSize { width, height }));
     }
     levels
 }
 
 impl PyramidLevel {
-    fn new((width, height): (usize, usize), scale: f32, values: Vec<u8>) -> Self {
+    fn new(ImageSize { width, height }: ImageSize, scale: f32, values: Vec<u8>) -> Self {
         let smooth = blurred(&values, width);
         Self {
             width,
@@ -56,7 +56,8 @@ impl PyramidLevel {
     }
 
     /// The same in fewer pixels, by bilinear interpolation.
-    fn shrunk(&self, (width, height): (usize, usize)) -> Self {
+    fn shrunk(&self, size: ImageSize) -> Self {
+        let ImageSize { width, height } = size;
         // The two pixels that a smaller one lies between, and the weight of the second in 256ths.
         let place = |i: usize, to: usize, from: usize| {
             let at = ((i as f32 + 0.5) * from as f32 / to as f32 - 0.5).clamp(0.0, (from - 1) as f32);
@@ -81,7 +82,7 @@ impl PyramidLevel {
             values.extend(columns.iter().map(mix));
         }
         let scale = self.scale * self.width as f32 / width as f32;
-        Self::new((width, height), scale, values)
+        Self::new(size, scale, values)
     }
 }
 

@@ -4,7 +4,7 @@
 #![allow(unsafe_code)]
 
 use deepsft_finding::{FeatureFinder, FeatureOptions, Features, PictureTarget};
-use deepsft_geometry::{Camera, Picture};
+use deepsft_geometry::{Camera, ImageSize, Picture};
 use deepsft_synth::painting::artwork;
 use deepsft_synth::random::{Stream, generator};
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -49,7 +49,7 @@ fn print(number: u64) -> Picture {
 
 /// `picture` in the upper left corner of a grey image.
 fn image(picture: &Picture) -> Picture {
-    let (width, height) = picture.size();
+    let ImageSize { width, height } = picture.size();
     Picture::from_fn(960, 540, |x, y| {
         if x < width && y < height {
             picture.pixel(x, y)

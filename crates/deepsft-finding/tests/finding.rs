@@ -6,7 +6,7 @@ use deepsft_finding::{
 };
 use deepsft_geometry::fitting::{FitOptions, FrameFitter, Start};
 use deepsft_geometry::raster::VisibleSurface;
-use deepsft_geometry::{CanonicalWarp, Maps, Picture, Template, training_camera};
+use deepsft_geometry::{CanonicalWarp, ImageSize, Maps, Picture, Template, training_camera};
 use deepsft_synth::painting::artwork;
 use deepsft_synth::random::{Stream, generator};
 use deepsft_synth::{SynthConfig, Synthesizer};
@@ -130,7 +130,7 @@ fn a_print_without_corners_or_contrast_is_hopeless_and_told_which() {
         "{ramp:?}"
     );
     let rich = print(1);
-    let (width, height) = rich.texture().size();
+    let ImageSize { width, height } = rich.texture().size();
     let faint = Picture::from_fn(width, height, |x, y| rich.texture().pixel(x, y).map(|c| 120 + c / 17));
     let faint = grade(faint);
     assert!(
@@ -143,7 +143,7 @@ fn a_print_without_corners_or_contrast_is_hopeless_and_told_which() {
 fn an_empty_side_of_a_print_is_named() {
     let rich = print(2);
     let rich = rich.texture();
-    let (width, height) = rich.size();
+    let ImageSize { width, height } = rich.size();
     type Empty = fn(usize, usize, usize, usize) -> bool;
     let sides: [(Empty, &str); 4] = [
         (
@@ -181,7 +181,7 @@ fn an_empty_side_of_a_print_is_named() {
 fn repeated_motifs_and_half_turns_are_graded_down_and_mirrors_are_not() {
     let rich = print(3);
     let rich = rich.texture();
-    let (width, height) = rich.size();
+    let ImageSize { width, height } = rich.size();
     let made = |color: &dyn Fn(usize, usize) -> [u8; 3]| grade(Picture::from_fn(width, height, color));
     let rows = made(&|x, y| rich.pixel(100 + x % 90, 100 + y % 70));
     assert!(

@@ -2,8 +2,8 @@
 
 use crate::foreign::guarded;
 use ::exif::{Exif, In, Reader, Tag, Value};
-use deepsft_geometry::Camera;
 use deepsft_geometry::glam::DVec2;
+use deepsft_geometry::{Camera, ImageSize};
 use std::io::Cursor;
 
 /// Diagonal of a 35 mm frame (36 x 24 mm): equivalent focal lengths are those with the same angle across it.
@@ -24,20 +24,21 @@ const SAME_SHAPE: f64 = 0.01;
 ///
 /// `None` where the file says nothing of it, nothing possible, or another shape than the picture has: it was cropped. A crop of
 /// the same shape looks like a resize.
-pub fn camera_from_exif(bytes: &[u8], size: (usize, usize)) -> Option<Camera> {
+pub fn camera_from_exif(bytes: &[u8], size: impl Into<ImageSize>) -> Option<Camera> {
+    let size = size.into();
     // Fields are decoded when they are asked for.
     guarded(|| camera_of(bytes, size)).ok()?
 }
 
-fn camera_of(bytes: &[u8], (width, height): (usize, usize)) -> Option<Camera> {
+fn camera_of(bytes: &[u8], size: ImageSize) -> Option<Camera> {
     let exif = Reader::new()
         .continue_on_error(true)
         .read_from_container(&mut Cursor::new(bytes))
         .or_else(|error| error.distill_partial_result(|_| ()))
         .ok()?;
-    let focal = focal_px(&exif, [width as f64, height as f64])?;
-    let centre = DVec2::new(width as f64, height as f64) / 2.0;
-    Camera::pinhole((width, height), DVec2::splat(focal), centre).ok()
+    let focal = focal_px(&exif, size.as_dvec2().into())?;
+    let centre = size.as_dvec2() / 2.0;
+    Camera::pinhole(size, DVec2::splat(focal), centre).ok()
 }
 
 /// Sides in any order: EXIF gives them as the sensor lies.

@@ -1,8 +1,10 @@
 //! The pictures inside data sets and recordings: bytes in and out, errors as the codec has them.
 
 use crate::foreign::{check_png, guarded};
+use deepsft_geometry::ImageSize;
 use image::codecs::png::PngEncoder;
-use image::{DynamicImage, ExtendedColorType, ImageEncoder, ImageFormat, ImageReader, ImageResult, Limits};
+use image::error::{LimitError, LimitErrorKind};
+use image::{DynamicImage, ExtendedColorType, ImageEncoder, ImageError, ImageFormat, ImageReader, ImageResult, Limits};
 use std::io::Cursor;
 
 /// Longest side of a picture that is decoded, pixels.
@@ -23,9 +25,16 @@ pub(crate) fn decode(bytes: &[u8], format: Option<ImageFormat>) -> ImageResult<D
     guarded(|| reader.decode())?
 }
 
-/// A PNG file of row-major pixels of a picture of (width, height); values of 16 bits are in the machine's byte order.
-pub(crate) fn encode_png(pixels: &[u8], (width, height): (u32, u32), color: ExtendedColorType) -> ImageResult<Vec<u8>> {
+/// The size of a decoded picture.
+pub(crate) fn size_of(image: &DynamicImage) -> ImageSize {
+    (image.width() as usize, image.height() as usize).into()
+}
+
+/// A PNG file of a picture's row-major pixels; values of 16 bits are in the machine's byte order.
+pub(crate) fn encode_png(pixels: &[u8], size: ImageSize, color: ExtendedColorType) -> ImageResult<Vec<u8>> {
+    let too_long = |_| ImageError::Limits(LimitError::from_kind(LimitErrorKind::DimensionError));
+    let side = |pixels: usize| u32::try_from(pixels).map_err(too_long);
     let mut png = Vec::new();
-    PngEncoder::new(&mut png).write_image(pixels, width, height, color)?;
+    PngEncoder::new(&mut png).write_image(pixels, side(size.width)?, side(size.height)?, color)?;
     Ok(png)
 }

@@ -74,10 +74,7 @@ fn decode_upright(bytes: &[u8]) -> Result<Picture, FormatError> {
 /// # Errors
 /// [`FormatError::PictureFile`] when the picture is too large for the format (2^31 pixels a side).
 pub fn encode_png(picture: &Picture) -> Result<Vec<u8>, FormatError> {
-    let side =
-        |pixels: usize| u32::try_from(pixels).map_err(|_| FormatError::picture(format!("{pixels} pixels on a side")));
-    let size = (side(picture.width())?, side(picture.height())?);
-    image_codec::encode_png(picture.rgb(), size, ExtendedColorType::Rgb8).map_err(FormatError::picture)
+    image_codec::encode_png(picture.rgb(), picture.size(), ExtendedColorType::Rgb8).map_err(FormatError::picture)
 }
 
 /// The picture on white paper. A large one is not copied before: memory holds it and its RGB.

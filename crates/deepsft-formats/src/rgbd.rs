@@ -32,14 +32,10 @@ pub fn decode_depth_png(bytes: &[u8], camera: &Camera) -> Result<Vec<u16>, Forma
 
 fn decode(bytes: &[u8], camera: &Camera) -> Result<DynamicImage, FormatError> {
     let image = image_codec::decode(bytes, None).map_err(FormatError::picture)?;
-    if (image.width() as usize, image.height() as usize) != camera.size() {
-        return Err(FormatError::picture(format!(
-            "it has {} x {} pixels, its camera {} x {}",
-            image.width(),
-            image.height(),
-            camera.width(),
-            camera.height()
-        )));
+    let (actual, expected) = (image_codec::size_of(&image), camera.size());
+    if actual != expected {
+        let reason = format!("it has {actual} pixels, its camera {expected}");
+        return Err(FormatError::picture(reason));
     }
     Ok(image)
 }
@@ -63,16 +59,13 @@ pub fn encode_mask_png(mask: &[bool], camera: &Camera) -> Result<Vec<u8>, Format
 }
 
 fn encode_png(bytes: &[u8], camera: &Camera, color: ExtendedColorType, name: &str) -> Result<Vec<u8>, FormatError> {
-    let expected = usize::from(color.bits_per_pixel() / 8)
-        .saturating_mul(camera.width())
-        .saturating_mul(camera.height());
+    let expected = usize::from(color.bits_per_pixel() / 8).saturating_mul(camera.size().area());
     if bytes.len() != expected {
         let reason = format!("is {} bytes, expected the camera's {expected}", bytes.len());
         return Err(FormatError::entry(name, reason));
     }
     let name = name.to_owned();
-    image_codec::encode_png(bytes, (camera.width() as u32, camera.height() as u32), color)
-        .map_err(|source| FormatError::EntryPicture { name, source })
+    image_codec::encode_png(bytes, camera.size(), color).map_err(|source| FormatError::EntryPicture { name, source })
 }
 
 /// A picture as a JPEG file of `quality` 1 to 100.

@@ -5,7 +5,7 @@ use crate::png;
 use anyhow::Result;
 use deepsft::{decode_picture, encode_png};
 use deepsft_formats::{camera_from_exif, encode_jpeg};
-use deepsft_geometry::Picture;
+use deepsft_geometry::{ImageSize, Picture};
 use image::codecs::jpeg::JpegEncoder;
 use image::{ExtendedColorType, ImageEncoder, ImageReader};
 use std::io::Cursor;
@@ -48,7 +48,7 @@ pub(crate) fn is_slow(file: &[u8]) -> bool {
 
 /// What is promised of a picture.
 pub(crate) fn check(picture: &Picture) {
-    let (width, height) = picture.size();
+    let ImageSize { width, height } = picture.size();
     assert_eq!(picture.rgb().len(), 3 * width * height);
     for (x, y) in [
         (0.0, 0.0),

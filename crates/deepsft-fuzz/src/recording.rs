@@ -5,8 +5,8 @@ use crate::picture;
 use crate::png;
 use anyhow::Result;
 use deepsft_formats::{encode_depth_png, encode_mask_png};
-use deepsft_geometry::Camera;
 use deepsft_geometry::glam::DVec2;
+use deepsft_geometry::{Camera, ImageSize};
 use deepsft_synth::{Recording, RgbdSensor};
 
 const FILES: [&str; 5] = [
@@ -35,7 +35,7 @@ pub(crate) fn read(input: &[u8]) -> Result<()> {
         let canonical = Camera::pinhole((16, 9), DVec2::new(12.0, 12.0), DVec2::new(8.0, 4.5))?;
         let pixels = 16 * 9;
         let frame = recording.frame(0, &canonical)?;
-        assert_eq!((frame.image.size(), frame.depth_mm.len()), ((16, 9), pixels));
+        assert_eq!((frame.image.size(), frame.depth_mm.len()), ((16, 9).into(), pixels));
         assert!(
             frame.depth_mm.iter().all(|depth| depth.is_finite() && *depth >= 0.0),
             "{:?}",
@@ -62,7 +62,7 @@ pub(crate) fn seeds() -> Result<Vec<Vec<u8>>> {
     let image = deepsft::encode_png(&picture::small(6, 4))?;
     let mask: Vec<bool> = (0..24).map(|pixel| pixel % 3 > 0).collect();
     let depth = |camera: &Camera| -> Result<Vec<u8>> {
-        let (width, height) = camera.size();
+        let ImageSize { width, height } = camera.size();
         let units: Vec<u8> = (0..width * height)
             .flat_map(|pixel| (500 + 100 * pixel as u16).to_be_bytes())
             .collect();

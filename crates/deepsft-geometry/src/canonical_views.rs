@@ -2,6 +2,7 @@
 //! camera's own, is looked at by a camera with a shorter focal length.
 
 use crate::camera::{Camera, canonical_camera};
+use crate::image::ImageSize;
 use crate::maps::Maps;
 use glam::{DVec2, DVec3};
 
@@ -104,7 +105,7 @@ impl CanonicalViews {
 
     fn holds(&self, view: &Camera, vertices_camera: &[DVec3], margin_px: f64) -> bool {
         let in_image = |camera: &Camera, p: DVec3, margin: f64| {
-            let limit = DVec2::new(camera.width() as f64, camera.height() as f64) - margin;
+            let limit = camera.size().as_dvec2() - margin;
             let inside = |pixel: DVec2| pixel.cmpge(DVec2::splat(margin)).all() && pixel.cmple(limit).all();
             camera.project(p).is_some_and(inside)
         };
@@ -114,8 +115,8 @@ impl CanonicalViews {
 
     /// Whether `maps` of `view` end at its border where the image goes on.
     pub fn cuts(&self, view: &Camera, maps: &Maps) -> bool {
-        let (width, height) = maps.size();
-        let limit = DVec2::new(self.source.width() as f64, self.source.height() as f64);
+        let ImageSize { width, height } = maps.size();
+        let limit = self.source.size().as_dvec2();
         let goes_on = |x: usize, y: usize| {
             let centre = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
             let outwards = DVec2::new(outwards(x, width), outwards(y, height));
@@ -144,7 +145,7 @@ fn outwards(at: usize, length: usize) -> f64 {
 
 /// The focal length with which `canonical` would hold all of the source's image, as a multiple of its own; at least [`MIN_SCALE`].
 fn whole_image_scale(canonical: &Camera, source: &Camera) -> f64 {
-    let size = DVec2::new(source.width() as f64, source.height() as f64);
+    let size = source.size().as_dvec2();
     let border = (0..=BORDER_PLACES).flat_map(|k| {
         let at = size * (k as f64 / BORDER_PLACES as f64);
         [
@@ -155,7 +156,7 @@ fn whole_image_scale(canonical: &Camera, source: &Camera) -> f64 {
         ]
     });
     let centre = canonical.principal_point();
-    let limit = DVec2::new(canonical.width() as f64, canonical.height() as f64) - centre;
+    let limit = canonical.size().as_dvec2() - centre;
     let scale_of = |pixel: DVec2| {
         let offset = source.ray_from_pixel(pixel) * canonical.focal();
         // To the right and down there is `limit`, to the left and up `centre`.

@@ -1,5 +1,6 @@
 //! The error of cameras, pictures, maps and fits.
 
+use crate::image::ImageSize;
 use crate::template_error::TemplateError;
 use glam::DVec3;
 use thiserror::Error;
@@ -22,24 +23,20 @@ pub enum GeometryError {
         expected: &'static str,
     },
     /// A picture's buffer does not have the size its width and height ask for.
-    #[error("picture of {width} x {height} pixels has {actual} bytes, expected {expected}")]
+    #[error("picture of {size} pixels has {actual} bytes, expected {expected}")]
     PictureSize {
-        /// Columns.
-        width: usize,
-        /// Rows.
-        height: usize,
+        /// Size of the picture.
+        size: ImageSize,
         /// Bytes met.
         actual: usize,
         /// Bytes expected: 3 per pixel.
         expected: usize,
     },
     /// A picture has no pixels.
-    #[error("picture is empty ({width} x {height} pixels)")]
+    #[error("picture is empty ({size} pixels)")]
     PictureEmpty {
-        /// Columns.
-        width: usize,
-        /// Rows.
-        height: usize,
+        /// Size of the picture.
+        size: ImageSize,
     },
     /// A measurement names a vertex that is not there.
     #[error("measurement of vertex {vertex}, expected one of the mesh's {vertices} (from 0)")]
@@ -117,12 +114,12 @@ pub enum GeometryError {
         operation: &'static str,
     },
     /// A picture or maps do not have the size of what they belong to.
-    #[error("image or maps of {actual:?} pixels (width, height), expected {expected:?}")]
+    #[error("image or maps of {actual} pixels, expected {expected}")]
     MapSize {
         /// Size met.
-        actual: (usize, usize),
+        actual: ImageSize,
         /// Size expected.
-        expected: (usize, usize),
+        expected: ImageSize,
     },
     /// Too few views of a flat target hold enough points.
     #[error("{actual} views show enough of the target, expected {expected} or more")]
@@ -154,11 +151,12 @@ pub(crate) fn check_start(start: &[DVec3], expected: usize) -> Result<(), Geomet
     }
 }
 
-/// Refuses pictures and maps of a size that is not the `expected` one, both (width, height).
+/// Refuses pictures and maps of a size that is not the `expected` one.
 ///
 /// # Errors
 /// [`GeometryError::MapSize`].
-pub fn check_size(actual: (usize, usize), expected: (usize, usize)) -> Result<(), GeometryError> {
+pub fn check_size(actual: impl Into<ImageSize>, expected: impl Into<ImageSize>) -> Result<(), GeometryError> {
+    let (actual, expected) = (actual.into(), expected.into());
     if actual == expected {
         Ok(())
     } else {

@@ -380,7 +380,7 @@ fn flat_picture(template: &Template, welding: &Welding, flat: &[DVec2], size: DV
         texels_per_pixel /= 2.0;
     }
     let locator = SurfaceLocator::new(&layout);
-    let texels = DVec2::new(texture.width() as f64, texture.height() as f64);
+    let texels = texture.size().as_dvec2();
     Ok(Picture::from_fn(width, height, |x, y| {
         let at = DVec2::new((x as f64 + 0.5) / width as f64, (y as f64 + 0.5) / height as f64);
         let mut inwards = (0..(1.0 / INWARDS) as usize).map(|step| at.lerp(DVec2::splat(0.5), INWARDS * step as f64));

@@ -12,18 +12,18 @@ use crate::residual::ResidualExecutor;
 use crate::residual::ResidualGpuExecutor;
 use crate::stage::Stage;
 use crate::weights::Weights;
-use deepsft_geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH, GeometryError, Maps, Picture};
+use deepsft_geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH, GeometryError, ImageSize, Maps, Picture};
 
 /// Checks the size of images for networks that know one only.
-fn check_canonical(image: (usize, usize)) -> Result<(), PlanError> {
-    let expected = (CANONICAL_WIDTH, CANONICAL_HEIGHT);
+fn check_canonical(image: ImageSize) -> Result<(), PlanError> {
+    let expected = ImageSize::from((CANONICAL_WIDTH, CANONICAL_HEIGHT));
     if image == expected {
         return Ok(());
     }
     Err(PlanError::Shape {
         what: "the image".to_owned(),
-        actual: vec![image.0, image.1],
-        expected: vec![expected.0, expected.1],
+        actual: vec![image.width, image.height],
+        expected: vec![expected.width, expected.height],
     })
 }
 
@@ -38,17 +38,18 @@ enum Network {
 }
 
 impl Executor {
-    /// Prepares a network for images of `image` (columns, rows) pixels and `threads` threads, see [`crate::available_threads`].
+    /// Prepares a network for images of size `image` and `threads` threads, see [`crate::available_threads`].
     ///
     /// # Errors
     /// [`PlanError`] when `weights` are not those of `config`, and for an image of a size that the network is not for: the paper's
     /// network and R50F are for 480 x 270 pixels, the compact network for any.
     pub fn new(
         config: &NetworkConfig,
-        image: (usize, usize),
+        image: impl Into<ImageSize>,
         weights: &Weights,
         threads: usize,
     ) -> Result<Self, PlanError> {
+        let image = image.into();
         if let Architecture::Compact(_) = config.architecture {
             let executor = CompactExecutor::new(config, image, weights, threads)?;
             return Ok(Self(Network::Compact(Box::new(executor))));
@@ -116,12 +117,18 @@ enum GpuNetwork {
 
 #[cfg(feature = "webgpu")]
 impl GpuExecutor {
-    /// Prepares a network for images of `image` (columns, rows) pixels. What the GPU refuses, the first run reports.
+    /// Prepares a network for images of size `image`. What the GPU refuses, the first run reports.
     ///
     /// # Errors
     /// [`GpuError::Plan`] as [`Executor::new`], and with [`PlanError::Architecture`] for R50F: its dense layers are larger than what
     /// every GPU can bind. Others when the GPU failed before.
-    pub fn new(gpu: &Gpu, config: &NetworkConfig, image: (usize, usize), weights: &Weights) -> Result<Self, GpuError> {
+    pub fn new(
+        gpu: &Gpu,
+        config: &NetworkConfig,
+        image: impl Into<ImageSize>,
+        weights: &Weights,
+    ) -> Result<Self, GpuError> {
+        let image = image.into();
         let network = match config.architecture {
             Architecture::Compact(_) => {
                 GpuNetwork::Compact(Box::new(CompactGpuExecutor::new(gpu, config, image, weights)?))

@@ -7,6 +7,7 @@ use crate::executor::Executor;
 use crate::plan::PlanError;
 use crate::residual::ResidualPlan;
 use crate::weights::Weights;
+use deepsft_geometry::ImageSize;
 
 /// A network with its weights, normalisation folded into the convolutions.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,7 +28,7 @@ impl FoldedNetwork {
     ///
     /// # Errors
     /// As [`Executor::new`].
-    pub fn executor(&self, image: (usize, usize)) -> Result<Executor, PlanError> {
+    pub fn executor(&self, image: impl Into<ImageSize>) -> Result<Executor, PlanError> {
         Executor::new(&self.config, image, &self.weights, available_threads())
     }
 

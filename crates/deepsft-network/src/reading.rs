@@ -5,7 +5,7 @@ use super::compact::INPUT_MULTIPLE;
 use super::maps::NetworkMaps;
 use crate::error::NetworkError;
 use burn::tensor::{Device, Tensor, TensorData};
-use deepsft_geometry::{GeometryError, Maps, Picture};
+use deepsft_geometry::{Maps, Picture, check_size};
 use deepsft_inference::Stage;
 
 /// Converts pictures to the compact network's input, [N, 3, H, W] with values 0..=1. H and W are the pictures' sides (all the
@@ -56,7 +56,7 @@ impl Network {
     /// network's own mask does not count, so that networks are compared over the same pixels.
     ///
     /// # Errors
-    /// As [`Network::infer`], and [`GeometryError::MapSize`] when `seen` has another number of pixels than the picture.
+    /// As [`Network::infer`], and [`deepsft_geometry::GeometryError::MapSize`] when `seen` has another number of pixels than the picture.
     pub async fn infer_where(&self, picture: &Picture, seen: &[bool], device: &Device) -> Result<Maps, NetworkError> {
         let answer = [Stage::RegistrationRefinement];
         let stages = self.infer_at(&[picture], device, &answer, Some(seen)).await?;
@@ -104,10 +104,8 @@ impl Network {
         let Some(first) = pictures.first() else {
             return Ok(Vec::new());
         };
-        let expected = (first.width(), first.height());
-        if let Some(seen) = seen.filter(|seen| seen.len() != expected.0 * expected.1) {
-            let actual = (seen.len(), 1);
-            return Err(GeometryError::MapSize { actual, expected }.into());
+        if let Some(seen) = seen {
+            check_size((seen.len(), 1), (first.size().area(), 1))?;
         }
         let range = self.config().depth_range;
         let mut read = Vec::new();

@@ -11,7 +11,9 @@ use crate::{
     settle,
     target::EngineTarget,
 };
-use deepsft::{DeviceDescription, DeviceKind, ModelBundle, Target, UnknownDevice, View, geometry::Maps, start_device};
+use deepsft::{
+    DeviceDescription, DeviceKind, ImageSize, ModelBundle, Target, UnknownDevice, View, geometry::Maps, start_device,
+};
 use js_sys::{Array, Object, Promise};
 use std::{cell::RefCell, collections::BTreeMap, rc::Rc};
 use wasm_bindgen::prelude::*;
@@ -263,13 +265,7 @@ impl Core {
         self.targets.borrow().get(&id).cloned().ok_or_else(unknown)
     }
 
-    async fn estimate(
-        &self,
-        id: u32,
-        rgba: &[u8],
-        size: (usize, usize),
-        camera: &[f64],
-    ) -> Result<RawEstimate, Failure> {
+    async fn estimate(&self, id: u32, rgba: &[u8], size: ImageSize, camera: &[f64]) -> Result<RawEstimate, Failure> {
         let target = self.target(id)?;
         let camera = camera_from(size, camera)?;
         let picture = picture_from(rgba, size)?;

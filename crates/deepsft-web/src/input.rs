@@ -3,7 +3,7 @@
 use crate::failure::{Code, Failure};
 use deepsft::geometry::glam::DVec2;
 use deepsft::geometry::{Camera, Maps, Picture, Template};
-use deepsft::{FormatError, TEMPLATE_FILE, TemplateFile};
+use deepsft::{FormatError, ImageSize, TEMPLATE_FILE, TemplateFile};
 use js_sys::{Array, Uint8Array};
 use std::collections::BTreeMap;
 use wasm_bindgen::prelude::*;
@@ -27,7 +27,7 @@ pub fn files_from(files: &JsValue) -> Result<BTreeMap<String, Vec<u8>>, Failure>
 
 /// The camera of an image of this size out of `[fx, fy, cx, cy, k1, k2, p1, p2, k3]`, or with a fisheye's
 /// `[fx, fy, cx, cy, k1, k2, k3, k4]`.
-pub fn camera_from(size: (usize, usize), numbers: &[f64]) -> Result<Camera, Failure> {
+pub fn camera_from(size: ImageSize, numbers: &[f64]) -> Result<Camera, Failure> {
     let pinhole = |fx, fy, cx, cy| Camera::pinhole(size, DVec2::new(fx, fy), DVec2::new(cx, cy));
     match *numbers {
         [fx, fy, cx, cy, k1, k2, p1, p2, k3] => Ok(pinhole(fx, fy, cx, cy)?.with_distortion([k1, k2, p1, p2, k3])?),
@@ -51,29 +51,25 @@ pub fn view_from(canonical: &Camera, focal: f64) -> Result<Camera, Failure> {
 }
 
 /// The picture of RGBA bytes, alpha left out.
-pub fn picture_from(rgba: &[u8], (width, height): (usize, usize)) -> Result<Picture, Failure> {
-    let expected = width.saturating_mul(height).saturating_mul(4);
+pub fn picture_from(rgba: &[u8], size: ImageSize) -> Result<Picture, Failure> {
+    let expected = size.area().saturating_mul(4);
     if rgba.len() != expected {
         let message = format!(
-            "An image of {width} x {height} pixels has {expected} bytes of RGBA, not {}.",
+            "An image of {size} pixels has {expected} bytes of RGBA, not {}.",
             rgba.len()
         );
         return Err(Failure::new(Code::ImageUnreadable, message));
     }
     // Not collected byte by byte: a video does this for each frame.
-    let mut rgb = vec![0; 3 * width * height];
+    let mut rgb = vec![0; 3 * size.area()];
     for (to, &[r, g, b, _]) in rgb.as_chunks_mut().0.iter_mut().zip(rgba.as_chunks().0) {
         *to = [r, g, b];
     }
-    Ok(Picture::new(width, height, rgb)?)
+    Ok(Picture::new(size.width, size.height, rgb)?)
 }
 
 /// The sheet that carries the picture of RGBA bytes.
-pub fn printed_sheet(
-    rgba: &[u8],
-    size: (usize, usize),
-    (width_mm, height_mm): (f64, f64),
-) -> Result<Template, Failure> {
+pub fn printed_sheet(rgba: &[u8], size: ImageSize, (width_mm, height_mm): (f64, f64)) -> Result<Template, Failure> {
     let picture = picture_from(rgba, size)?;
     Template::thin_shell(picture, width_mm, height_mm).map_err(|error| Failure::of_target(&error.into()))
 }

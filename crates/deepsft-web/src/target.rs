@@ -9,7 +9,7 @@ use crate::{
     object::{object, rgba},
 };
 use deepsft::{
-    DeepSftError, Estimator, Finder, Sighting, Target, TargetFinder, View,
+    DeepSftError, Estimator, Finder, ImageSize, Sighting, Target, TargetFinder, View,
     features::{FeatureFinder, PictureGrade, PictureTarget},
     geometry::{
         Camera, CompletionOptions, Maps, MapsCompletion, Picture, Surface, Template,
@@ -88,7 +88,7 @@ impl EngineTarget {
     }
 
     /// The camera that stands for images of `size`: the canonical one, zoomed to a focal length in pixels.
-    pub fn view_camera(&self, size: (usize, usize), focal: f64) -> Result<Camera, Failure> {
+    pub fn view_camera(&self, size: ImageSize, focal: f64) -> Result<Camera, Failure> {
         view_from(&self.target.canonical_camera(size), focal)
     }
 

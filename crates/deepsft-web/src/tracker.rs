@@ -9,7 +9,7 @@ use crate::{
     settle,
 };
 use deepsft::{
-    DeepSftError, ModelBundle, View,
+    DeepSftError, ImageSize, ModelBundle, View,
     geometry::{
         CalibratedCamera, Camera, Template, canonical_camera, glam::Vec3, tracking::OneEuroOptions, training_camera,
     },
@@ -313,8 +313,8 @@ fn answer_from(answer: &RawAnswer) -> Answer {
 
 /// Makes room for what a frame takes for a moment where the sheet fills the view, without touching it. Memory of WebAssembly never
 /// shrinks: so it grows in the first frames, and not when the sheet first comes near in a page that has long been at work.
-fn make_room((width, height): (usize, usize)) {
-    black_box(Vec::<u8>::with_capacity(ROOM_BYTES * width * height));
+fn make_room(size: ImageSize) {
+    black_box(Vec::<u8>::with_capacity(ROOM_BYTES * size.area()));
 }
 
 /// A focal length that was found, as a plain object.

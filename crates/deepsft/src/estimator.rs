@@ -7,8 +7,8 @@ use crate::estimate::{Estimate, Judgement};
 use crate::finding::FinderKind;
 use crate::photo_consistency::TemplateLuminance;
 use deepsft_geometry::{
-    CANONICAL_HEIGHT, CANONICAL_WIDTH, Camera, CanonicalViews, CanonicalWarp, Maps, Picture, canonical_camera,
-    check_size, remove_islands, turned_clockwise,
+    CANONICAL_HEIGHT, CANONICAL_WIDTH, Camera, CanonicalViews, CanonicalWarp, ImageSize, Maps, Picture,
+    canonical_camera, check_size, remove_islands, turned_clockwise,
 };
 #[cfg(feature = "webgpu")]
 use deepsft_inference::{DeviceKind, GpuError, GpuExecutor};
@@ -182,7 +182,7 @@ impl Estimator {
     }
 
     /// The camera of the canonical image and the maps of an image of `size` (columns, rows), see [`canonical_camera`].
-    pub fn canonical_camera(&self, size: (usize, usize)) -> Camera {
+    pub fn canonical_camera(&self, size: ImageSize) -> Camera {
         canonical_camera(&self.canonical, size)
     }
 

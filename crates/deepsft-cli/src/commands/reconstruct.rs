@@ -205,7 +205,7 @@ impl Object {
         let results = StagedFolder::new(folder, &RESULTS_FOLDER)?;
         let estimate = match &mut self.recovery {
             None => fitted(&mut self.finder, &image, &camera, &mut stages)?,
-            Some(recovery) => network_only(&self.finder, recovery.as_mut(), (&image, &camera), &mut stages)?,
+            Some(recovery) => network_only(&self.finder, recovery.as_mut(), &image, &camera, &mut stages)?,
         };
         let template = self.finder.target().template();
         let asks_for_mesh = match &self.recovery {
@@ -240,8 +240,7 @@ impl Object {
             stage_ms: stages.milliseconds,
             deepsft_version: env!("CARGO_PKG_VERSION"),
         };
-        let seen = (&canonical, &canonical_camera);
-        let mut files = self.files(seen, &maps, &judgement, whole.as_ref())?;
+        let mut files = self.files(&canonical, &canonical_camera, &maps, &judgement, whole.as_ref())?;
         files.insert(REPORT_FILE.to_owned(), serde_json::to_vec_pretty(&report)?);
         results.filled(&files)?.commit()?;
         Ok(format!(
@@ -256,7 +255,8 @@ impl Object {
     /// The results by file name, all but the report.
     fn files(
         &self,
-        (canonical, camera): (&Picture, &Camera),
+        canonical: &Picture,
+        camera: &Camera,
         maps: &Maps,
         judgement: &Judgement,
         whole: Option<&TriangleMesh>,
@@ -321,7 +321,8 @@ fn fitted(finder: &mut TargetFinder, image: &Picture, camera: &Camera, stages: &
 fn network_only(
     finder: &TargetFinder,
     recovery: Option<&mut MeshRecovery>,
-    (image, camera): (&Picture, &Camera),
+    image: &Picture,
+    camera: &Camera,
     stages: &mut Stages,
 ) -> Result<Estimate> {
     let network = finder.target().network().context("the model has a network")?;

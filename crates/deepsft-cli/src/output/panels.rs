@@ -113,12 +113,13 @@ pub fn registration_error(title: &str, predicted: &Maps, truth: &Maps, size_mm: 
 pub fn registration_error_px(
     title: &str,
     predicted: &Maps,
-    (truth, camera): (&Maps, &Camera),
+    truth: &Maps,
+    camera: &Camera,
     size_mm: DVec2,
     max_px: f64,
 ) -> Panel {
     values(title, truth, bar(ColorMap::Inferno, [0.0, max_px], "px"), |pixel| {
-        metrics::registration_error_px(predicted, (truth, camera), pixel, size_mm).map(DVec2::length)
+        metrics::registration_error_px(predicted, truth, camera, pixel, size_mm).map(DVec2::length)
     })
 }
 

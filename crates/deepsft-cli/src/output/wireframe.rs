@@ -21,7 +21,7 @@ pub fn wireframe(
     confidence: &[f32],
 ) -> Picture {
     let mut canvas = Canvas::of(picture);
-    let size = DVec2::new(picture.width() as f64, picture.height() as f64);
+    let size = picture.size().as_dvec2();
     let pixels: Vec<Option<DVec2>> = vertices_camera
         .iter()
         .map(|p| {

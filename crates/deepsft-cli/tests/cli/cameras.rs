@@ -45,7 +45,7 @@ fn shrunk(picture: &Picture, by: usize) -> Picture {
 fn photograph(camera: &Camera, print: &Picture, size_mm: DVec2, (turn, middle): ([f64; 3], [f64; 3])) -> Picture {
     let rotation = DQuat::from_scaled_axis(DVec3::from(turn));
     let normal = rotation * DVec3::Z;
-    let texels = DVec2::new(print.width() as f64, print.height() as f64);
+    let texels = print.size().as_dvec2();
     let color = |pixel: DVec2| {
         let ray = camera.ray_from_pixel(pixel).extend(1.0);
         let p_camera = ray * (DVec3::from(middle).dot(normal) / ray.dot(normal));
@@ -118,7 +118,7 @@ fn photographs_of_a_charuco_board_and_of_a_checkerboard_give_the_camera() {
     let folder = tempfile::tempdir().unwrap();
     deepsft(folder.path(), &["camera", "board", "--out", "board.png"]).succeeds();
     let board = decode_picture(&fs::read(folder.path().join("board.png")).unwrap()).unwrap();
-    assert_eq!(board.size(), (3508, 2480));
+    assert_eq!(board.size(), (3508, 2480).into());
     photographs(
         &folder.path().join("charuco"),
         &shrunk(&board, 3),
@@ -142,7 +142,7 @@ fn photographs_of_a_charuco_board_and_of_a_checkerboard_give_the_camera() {
     calibrated(folder.path(), &["--checkerboard", "checker"], 0.3);
     // A calibrated camera is a camera file.
     let camera = deepsft_formats::read_camera(&folder.path().join("camera.json")).unwrap();
-    assert_eq!(camera.size(), (960, 720));
+    assert_eq!(camera.size(), (960, 720).into());
 }
 
 #[test]

@@ -132,7 +132,7 @@ fn a_scan_goes_from_import_to_evaluation_without_touching_code() {
         .unwrap();
     assert!(near(&found) < 1e-9);
     let (uv, texture) = (template.mesh().texture_coordinates()[found], template.texture());
-    let texel = uv * DVec2::new(texture.width() as f64, texture.height() as f64);
+    let texel = uv * texture.size().as_dvec2();
     // The vertex lies on a corner of texels: that to the right and below is (64, 128) in the file.
     let seen = texture.pixel((texel.x + 0.5) as usize, (texel.y + 0.5) as usize);
     assert_eq!(seen, art(1, 256).pixel(64, 128));

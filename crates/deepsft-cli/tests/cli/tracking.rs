@@ -71,7 +71,7 @@ fn a_clip_is_frames_a_camera_and_its_truth_and_the_same_every_time() {
     clip(folder.path(), &options, "again");
     clip(folder.path(), &[&options[..], &["--upright"]].concat(), "upright");
     let frame = deepsft::decode_picture(&fs::read(folder.path().join("upright/frame-00000.png")).unwrap()).unwrap();
-    assert_eq!(frame.size(), (270, 480));
+    assert_eq!(frame.size(), (270, 480).into());
     track(folder.path(), "model", &["upright"]).succeeds();
     let report = json(&folder.path().join("track/track.json"));
     for camera in ["camera", "canonical_camera"] {

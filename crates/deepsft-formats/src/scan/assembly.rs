@@ -60,9 +60,7 @@ pub fn assemble_scan(scan: Scan) -> Result<ScannedTemplate, FormatError> {
     let mut notes = Vec::new();
     for part in &mut parts {
         let texture = part.texture.and_then(|number| textures.get(number));
-        let texels = texture.map_or(DVec2::ONE, |texture| {
-            DVec2::new(texture.width() as f64, texture.height() as f64)
-        });
+        let texels = texture.map_or(DVec2::ONE, |texture| texture.size().as_dvec2());
         let moved = into_first_tile(part, texels)?;
         if moved > ROUNDING {
             notes.push(format!(

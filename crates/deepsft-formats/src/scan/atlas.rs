@@ -70,7 +70,7 @@ fn paint_atlas(
         let all = DVec2::new(width as f64, height as f64);
         regions.push(Region {
             corner: DVec2::new(left as f64, top as f64) / all,
-            size: DVec2::new(texture.width() as f64, texture.height() as f64) / all,
+            size: texture.size().as_dvec2() / all,
         });
     }
     let pixel = |x: usize, y: usize| std::array::from_fn(|k| rgb[3 * (y * width + x) + k]);

@@ -5,7 +5,7 @@ use crate::camera::CameraFile;
 use crate::error::FormatError;
 use crate::image_codec;
 use deepsft_geometry::glam::DVec3;
-use deepsft_geometry::{Camera, Maps, OUTSIDE, Picture};
+use deepsft_geometry::{Camera, ImageSize, Maps, OUTSIDE, Picture};
 use image::{DynamicImage, ExtendedColorType, ImageFormat};
 use serde::{Deserialize, Serialize};
 
@@ -114,12 +114,10 @@ fn encode(record: &SampleRecord) -> Result<[Vec<u8>; 4], FormatError> {
         }
     }
     let name = |part: usize| format!("{} of sample {index}", PARTS[part]);
-    let png = |part: usize, bytes: &[u8], (width, height): (usize, usize), color: ExtendedColorType| {
-        image_codec::encode_png(bytes, (width as u32, height as u32), color).map_err(|source| {
-            FormatError::EntryPicture {
-                name: name(part),
-                source,
-            }
+    let png = |part: usize, bytes: &[u8], size: ImageSize, color: ExtendedColorType| {
+        image_codec::encode_png(bytes, size, color).map_err(|source| FormatError::EntryPicture {
+            name: name(part),
+            source,
         })
     };
     let (image, size) = (&sample.image, sample.truth.size());
@@ -151,11 +149,9 @@ pub(super) fn decode(key: &str, parts: &[Vec<u8>; 4]) -> Result<SampleRecord, Fo
                 name: name(part),
                 source,
             })?;
-        let (actual, expected) = ((image.width() as usize, image.height() as usize), camera.size());
+        let (actual, expected) = (image_codec::size_of(&image), camera.size());
         if actual != expected {
-            let ((width, height), (expected_width, expected_height)) = (actual, expected);
-            let reason =
-                format!("is {width} x {height} pixels, expected the camera's {expected_width} x {expected_height}");
+            let reason = format!("is {actual} pixels, expected the camera's {expected}");
             return Err(FormatError::entry(name(part), reason));
         }
         Ok(image)

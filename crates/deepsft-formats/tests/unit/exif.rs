@@ -42,8 +42,7 @@ fn fraction(num: u32, denom: u32) -> Value {
 
 /// The camera of the picture that the file holds.
 fn camera_of(file: &[u8]) -> Option<Camera> {
-    let (width, height) = decode_picture(file).unwrap().size();
-    camera_from_exif(file, (width, height))
+    camera_from_exif(file, decode_picture(file).unwrap().size())
 }
 
 #[test]
@@ -54,7 +53,7 @@ fn an_equivalent_focal_length_has_the_angle_of_the_diagonal() {
     assert!((camera.focal().x - 300.46).abs() < 0.01 && camera.focal().x == camera.focal().y);
     assert_eq!(
         (camera.size(), camera.principal_point().to_array()),
-        ((400, 300), [200.0, 150.0])
+        ((400, 300).into(), [200.0, 150.0])
     );
     // Turned upright as the picture is; EXIF goes on giving the sides as the sensor lies.
     let fields = [
@@ -66,7 +65,7 @@ fn an_equivalent_focal_length_has_the_angle_of_the_diagonal() {
     let upright = camera_of(&photograph(400, 300, &fields)).unwrap();
     assert_eq!(
         (upright.size(), upright.principal_point().to_array()),
-        ((300, 400), [150.0, 200.0])
+        ((300, 400).into(), [150.0, 200.0])
     );
     assert_eq!(upright.focal(), camera.focal());
 }

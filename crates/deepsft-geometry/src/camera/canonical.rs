@@ -4,7 +4,7 @@
 use super::lens::Lens;
 use super::pinhole::Camera;
 use crate::error::{GeometryError, check_size};
-use crate::image::Picture;
+use crate::image::{ImageSize, Picture};
 use glam::DVec2;
 
 /// Columns of the network's input and of maps, of upright images rows.
@@ -33,11 +33,10 @@ pub fn training_camera() -> Camera {
     .expect("constant intrinsics are valid")
 }
 
-/// Returns `training`, rotated by 90 degrees when `size` (columns, rows) is portrait and `training` is landscape, or
+/// Returns `training`, rotated by 90 degrees when `size` is portrait and `training` is landscape, or
 /// vice versa. Of an upright image the other way would cut off more than 40 %.
-pub fn canonical_camera(training: &Camera, size: (usize, usize)) -> Camera {
-    let is_upright = |(width, height)| height > width;
-    if is_upright(size) == is_upright(training.size()) {
+pub fn canonical_camera(training: &Camera, size: impl Into<ImageSize>) -> Camera {
+    if size.into().is_upright() == training.size().is_upright() {
         *training
     } else {
         training.turned_anticlockwise()
@@ -99,7 +98,7 @@ impl CanonicalWarp {
 
     /// Sample by sample, for any camera.
     fn apply_sampled(&self, picture: &Picture) -> Picture {
-        let limit = DVec2::new(picture.width() as f64, picture.height() as f64);
+        let limit = picture.size().as_dvec2();
         let step = 1.0 / self.taps as f64;
         Picture::from_fn(self.canonical.width(), self.canonical.height(), |x, y| {
             let mut sum = [0.0_f32; 3];

@@ -2,6 +2,7 @@
 
 use super::lens::Lens;
 use crate::error::GeometryError;
+use crate::image::ImageSize;
 use glam::{DVec2, DVec3, Vec2Swizzles};
 
 /// A camera: image size, intrinsics in pixels, and its [`Lens`]. The values have been checked: sides and focal
@@ -16,7 +17,7 @@ use glam::{DVec2, DVec3, Vec2Swizzles};
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
-    size: (usize, usize),
+    size: ImageSize,
     focal: DVec2,
     principal_point: DVec2,
     lens: Lens,
@@ -29,21 +30,22 @@ pub struct Camera {
 const TYPICAL_FOCAL_FRACTION: f64 = 0.79;
 
 impl Camera {
-    /// A camera without lens distortion. `size` is (columns, rows), `focal` (fx, fy), `principal_point` (cx, cy), all in pixels,
+    /// A camera without lens distortion. `focal` is (fx, fy), `principal_point` (cx, cy), all in pixels,
     /// the image's corner at (0, 0) (so the centre of a 480-pixel row is 240).
     ///
     /// # Errors
     /// [`GeometryError::CameraParameter`] for an empty image, a focal length that is not positive,
     /// or a number that is not finite.
-    pub fn pinhole(size: (usize, usize), focal: DVec2, principal_point: DVec2) -> Result<Self, GeometryError> {
+    pub fn pinhole(size: impl Into<ImageSize>, focal: DVec2, principal_point: DVec2) -> Result<Self, GeometryError> {
+        let size = size.into();
         let [side, length, centre] = [
             "at least 1 pixel",
             "a positive finite focal length in pixels",
             "a finite principal point in pixels",
         ];
         let checks = [
-            ("width", size.0 as f64, size.0 > 0, side),
-            ("height", size.1 as f64, size.1 > 0, side),
+            ("width", size.width as f64, size.width > 0, side),
+            ("height", size.height as f64, size.height > 0, side),
             ("fx", focal.x, focal.x.is_finite() && focal.x > 0.0, length),
             ("fy", focal.y, focal.y.is_finite() && focal.y > 0.0, length),
             ("cx", principal_point.x, principal_point.x.is_finite(), centre),
@@ -98,27 +100,29 @@ impl Camera {
         Self::pinhole(size, DVec2::new(fx, fy), DVec2::new(cx, cy)).ok()
     }
 
-    /// Guesses the camera of an image of `size` (columns, rows) from an unknown source. The principal point is the
+    /// Guesses the camera of an image of `size` from an unknown source. The principal point is the
     /// centre, the focal length 0.79 of the long side (the median of 98 phones).
     ///
     /// # Errors
     /// [`GeometryError::CameraParameter`] for an empty image.
-    pub fn typical(size: (usize, usize)) -> Result<Self, GeometryError> {
-        let sides = sides(size);
+    pub fn typical(size: impl Into<ImageSize>) -> Result<Self, GeometryError> {
+        let size = size.into();
+        let sides = size.as_dvec2();
         let focal = TYPICAL_FOCAL_FRACTION * sides.max_element();
         let focal = if focal > 0.0 { focal } else { 1.0 };
         Self::pinhole(size, DVec2::splat(focal), sides / 2.0)
     }
 
-    /// The same camera for an image resized to `size` (columns, rows): intrinsics scale with the sides.
+    /// The same camera for an image resized to `size`: intrinsics scale with the sides.
     ///
     /// # Errors
     /// [`GeometryError::CameraParameter`] for an empty image.
-    pub fn resized(&self, size: (usize, usize)) -> Result<Self, GeometryError> {
-        if size.0 == 0 || size.1 == 0 {
+    pub fn resized(&self, size: impl Into<ImageSize>) -> Result<Self, GeometryError> {
+        let size = size.into();
+        if size.area() == 0 {
             return Self::pinhole(size, self.focal, self.principal_point);
         }
-        let scale = sides(size) / sides(self.size);
+        let scale = size.as_dvec2() / self.size.as_dvec2();
         let scaled = Self::pinhole(size, self.focal * scale, self.principal_point * scale)?;
         Ok(scaled.with_lens(self.lens))
     }
@@ -128,7 +132,7 @@ impl Camera {
     /// # Errors
     /// [`GeometryError::CameraParameter`] for an image of one row or column.
     pub(crate) fn halved(&self) -> Result<Self, GeometryError> {
-        let size = (self.size.0 / 2, self.size.1 / 2);
+        let size = (self.size.width / 2, self.size.height / 2);
         let halved = Self::pinhole(size, self.focal / 2.0, self.principal_point / 2.0)?;
         Ok(halved.with_lens(self.lens))
     }
@@ -138,9 +142,9 @@ impl Camera {
     #[must_use]
     pub fn turned_anticlockwise(&self) -> Self {
         Self {
-            size: (self.size.1, self.size.0),
+            size: (self.size.height, self.size.width).into(),
             focal: self.focal.yx(),
-            principal_point: DVec2::new(self.principal_point.y, self.size.0 as f64 - self.principal_point.x),
+            principal_point: DVec2::new(self.principal_point.y, self.size.width as f64 - self.principal_point.x),
             lens: self.lens.turned_anticlockwise(),
             reach: self.reach,
         }
@@ -164,16 +168,16 @@ impl Camera {
 
     /// Image width, pixels.
     pub fn width(&self) -> usize {
-        self.size.0
+        self.size.width
     }
 
     /// Image height, pixels.
     pub fn height(&self) -> usize {
-        self.size.1
+        self.size.height
     }
 
     /// Columns and rows of the image, pixels.
-    pub fn size(&self) -> (usize, usize) {
+    pub fn size(&self) -> ImageSize {
         self.size
     }
 
@@ -231,9 +235,4 @@ impl Camera {
     pub fn unproject(&self, pixel: DVec2, depth_mm: f64) -> DVec3 {
         self.ray_from_pixel(pixel).extend(1.0) * depth_mm
     }
-}
-
-/// The sides of an image, pixels.
-fn sides((width, height): (usize, usize)) -> DVec2 {
-    DVec2::new(width as f64, height as f64)
 }

@@ -3,6 +3,7 @@
 use super::visible_points::VertexPoint;
 use crate::camera::Camera;
 use crate::error::{GeometryError, check_size};
+use crate::image::ImageSize;
 use crate::maps::{Maps, erode};
 use crate::mesh::{TextureGrid, TriangleMesh, texture_barycentric};
 use glam::{DVec2, DVec3};
@@ -87,7 +88,7 @@ impl VisibleVertices {
     /// [`GeometryError::MapSize`] when the maps are not of the camera's size.
     pub fn find(&self, maps: &Maps, camera: &Camera) -> Result<Vec<VertexPoint>, GeometryError> {
         check_size(maps.size(), camera.size())?;
-        let (width, height) = maps.size();
+        let ImageSize { width, height } = maps.size();
         let points = self.points(maps, camera);
         // Score and point of each chart vertex.
         let mut best: Vec<Option<(f64, DVec3)>> = vec![None; self.vertices.len()];

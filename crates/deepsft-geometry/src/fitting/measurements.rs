@@ -70,8 +70,7 @@ pub(crate) fn measurements_of_mesh(
     vertices_camera: &[DVec3],
     camera: &Camera,
 ) -> Vec<Measurement> {
-    let (width, height) = camera.size();
-    let image = DVec2::new(width as f64, height as f64);
+    let image = camera.size().as_dvec2();
     let middle = |face: &[usize; 3]| {
         let p_camera = face.iter().map(|&v| vertices_camera[v]).sum::<DVec3>() / 3.0;
         let pixel = camera.project(p_camera)?;

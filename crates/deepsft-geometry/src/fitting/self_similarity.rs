@@ -1,7 +1,7 @@
 //! Self-similarity of a print: where a fit may have hopped to another mode.
 
 use super::mesh_fitter::WINDOW_PX;
-use crate::image::{ContrastNormalizer, GreyMipmap, Part};
+use crate::image::{ContrastNormalizer, GreyMipmap, ImageSize, Part};
 use crate::mesh::Template;
 use glam::DVec2;
 
@@ -92,7 +92,7 @@ impl SmallPrint {
         let texels = template.texture().width() as f64 / width as f64;
         let level = mipmap.level(texels.max(1.0).log2().round() as usize);
         let at = |index: usize, count: usize| (index as f32 + 0.5) / count as f32;
-        let (size, everywhere) = ((width, height), vec![1.0; width * height]);
+        let (size, everywhere) = (ImageSize { width, height }, vec![1.0; width * height]);
         let grey = (0..width * height).map(|p| level.sample([at(p % width, width), at(p / width, height)]));
         let normalized =
             ContrastNormalizer::new(everywhere, Part::whole(size), size, BLUR_PX, WINDOW_PX).normalize(grey);

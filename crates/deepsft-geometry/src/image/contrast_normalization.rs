@@ -1,6 +1,7 @@
 //! Grey values freed from light and gain.
 
 use super::grey_image::GreyImage;
+use super::image_size::ImageSize;
 use super::part::Part;
 use super::picture::Picture;
 use glam::DVec2;
@@ -21,7 +22,7 @@ const MIN_SUPPORT: f32 = 0.02;
 /// the same when light and exposure change.
 #[derive(Clone, Debug)]
 pub struct ContrastNormalizedImage {
-    size: (usize, usize),
+    size: ImageSize,
     /// The part of the picture that has values; elsewhere they are 0.
     part: Part,
     values: Vec<f32>,
@@ -44,7 +45,7 @@ impl ContrastNormalizedImage {
     }
 
     /// Columns and rows.
-    pub fn size(&self) -> (usize, usize) {
+    pub fn size(&self) -> ImageSize {
         self.size
     }
 
@@ -54,7 +55,7 @@ impl ContrastNormalizedImage {
     #[inline]
     pub fn sample(&self, at: DVec2) -> Option<(f64, DVec2)> {
         let p = at - 0.5;
-        let last = DVec2::new((self.size.0 - 1) as f64, (self.size.1 - 1) as f64);
+        let last = self.size.as_dvec2() - 1.0;
         if !(p.x >= 0.0 && p.y >= 0.0 && p.x < last.x && p.y < last.y) {
             return None;
         }
@@ -85,7 +86,7 @@ impl ContrastNormalizedImage {
 /// Mean and deviation change slowly, over the window's width: they are taken on cells of 4 x 4 pixels and
 /// interpolated, which makes them cost less than the blur (a twentieth of what they cost pixel by pixel).
 pub(crate) struct ContrastNormalizer {
-    size: (usize, usize),
+    size: ImageSize,
     part: Part,
     mask: Vec<f32>,
     blur: Vec<f32>,
@@ -102,7 +103,7 @@ const CELL: usize = 4;
 impl ContrastNormalizer {
     /// For a `mask` (0 or 1 for each pixel of `part`) of images of `size`; `blur_px` and `window_px` as in
     /// [`ContrastNormalizedImage::new`].
-    pub fn new(mask: Vec<f32>, part: Part, size: (usize, usize), blur_px: f32, window_px: f32) -> Self {
+    pub fn new(mask: Vec<f32>, part: Part, size: ImageSize, blur_px: f32, window_px: f32) -> Self {
         let blur = half_gaussian(blur_px);
         let support = blurred(&mask, part.width, part.height, &blur);
         let per_support = support

@@ -18,7 +18,7 @@ impl MipLevel {
     /// Level 0: the picture itself.
     pub fn finest(picture: Picture) -> Self {
         Self {
-            extent: DVec2::new(picture.width() as f64, picture.height() as f64),
+            extent: picture.size().as_dvec2(),
             picture,
         }
     }

@@ -2,6 +2,7 @@
 
 mod contrast_normalization;
 mod grey_image;
+mod image_size;
 mod mipmap;
 mod part;
 mod picture;
@@ -11,6 +12,7 @@ pub use contrast_normalization::ContrastNormalizedImage;
 pub(crate) use contrast_normalization::ContrastNormalizer;
 pub(crate) use grey_image::GreyImage;
 pub use grey_image::luma;
+pub use image_size::ImageSize;
 pub use mipmap::{GreyMipmap, MipLevel};
 pub(crate) use part::Part;
 pub use picture::Picture;

@@ -1,5 +1,6 @@
 //! Rectangles of images.
 
+use super::image_size::ImageSize;
 use std::ops::Range;
 
 /// A rectangle of an image, pixels. What lies in it is stored row by row.
@@ -13,7 +14,7 @@ pub(crate) struct Part {
 
 impl Part {
     /// The whole of an image of this size.
-    pub fn whole((width, height): (usize, usize)) -> Self {
+    pub fn whole(ImageSize { width, height }: ImageSize) -> Self {
         Self {
             left: 0,
             top: 0,
@@ -23,13 +24,13 @@ impl Part {
     }
 
     /// These columns and rows, and `margin` more on all sides as far as an image of `size` has them.
-    pub fn around(columns: &Range<usize>, rows: &Range<usize>, margin: usize, size: (usize, usize)) -> Self {
+    pub fn around(columns: &Range<usize>, rows: &Range<usize>, margin: usize, size: ImageSize) -> Self {
         let (left, top) = (columns.start.saturating_sub(margin), rows.start.saturating_sub(margin));
         Self {
             left,
             top,
-            width: (columns.end + margin).min(size.0) - left,
-            height: (rows.end + margin).min(size.1) - top,
+            width: (columns.end + margin).min(size.width) - left,
+            height: (rows.end + margin).min(size.height) - top,
         }
     }
 

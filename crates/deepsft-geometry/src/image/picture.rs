@@ -1,19 +1,19 @@
 //! An 8-bit RGB picture in memory.
 
+use super::image_size::ImageSize;
 use super::turn::turned_clockwise;
 use crate::error::GeometryError;
 
 /// An 8-bit sRGB picture, row-major, three bytes per pixel, first row on top.
 #[derive(Clone, PartialEq, Eq)]
 pub struct Picture {
-    width: usize,
-    height: usize,
+    size: ImageSize,
     rgb: Vec<u8>,
 }
 
 impl std::fmt::Debug for Picture {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "Picture({} x {})", self.width, self.height)
+        write!(f, "Picture({})", self.size)
     }
 }
 
@@ -24,20 +24,16 @@ impl Picture {
     /// [`GeometryError::PictureEmpty`] without pixels, [`GeometryError::PictureSize`] when the
     /// buffer's length does not fit.
     pub fn new(width: usize, height: usize, rgb: Vec<u8>) -> Result<Self, GeometryError> {
+        let size = ImageSize { width, height };
         if width == 0 || height == 0 {
-            return Err(GeometryError::PictureEmpty { width, height });
+            return Err(GeometryError::PictureEmpty { size });
         }
         // More pixels than any memory has do not wrap around to a small number.
-        let expected = width.saturating_mul(height).saturating_mul(3);
-        if rgb.len() != expected {
-            return Err(GeometryError::PictureSize {
-                width,
-                height,
-                actual: rgb.len(),
-                expected,
-            });
+        let (actual, expected) = (rgb.len(), size.area().saturating_mul(3));
+        if actual != expected {
+            return Err(GeometryError::PictureSize { size, actual, expected });
         }
-        Ok(Self { width, height, rgb })
+        Ok(Self { size, rgb })
     }
 
     /// A picture whose pixel (column `x`, row `y`) is `color(x, y)`. A zero side is taken as one.
@@ -49,28 +45,29 @@ impl Picture {
                 rgb.extend_from_slice(&color(x, y));
             }
         }
-        Self { width, height, rgb }
+        Self::from_rows(width, height, rgb)
     }
 
     /// A picture of rows that were just filled, three bytes per pixel.
     pub(crate) fn from_rows(width: usize, height: usize, rgb: Vec<u8>) -> Self {
-        debug_assert_eq!(rgb.len(), 3 * width * height);
-        Self { width, height, rgb }
+        let size = ImageSize { width, height };
+        debug_assert_eq!(rgb.len(), 3 * size.area());
+        Self { size, rgb }
     }
 
     /// Columns.
     pub fn width(&self) -> usize {
-        self.width
+        self.size.width
     }
 
     /// Rows.
     pub fn height(&self) -> usize {
-        self.height
+        self.size.height
     }
 
     /// Columns and rows.
-    pub fn size(&self) -> (usize, usize) {
-        (self.width, self.height)
+    pub fn size(&self) -> ImageSize {
+        self.size
     }
 
     /// The bytes, row-major, three per pixel.
@@ -80,15 +77,16 @@ impl Picture {
 
     /// The pixel at column `x`, row `y`, both clamped into the picture.
     pub fn pixel(&self, x: usize, y: usize) -> [u8; 3] {
-        let i = 3 * (y.min(self.height - 1) * self.width + x.min(self.width - 1));
+        let ImageSize { width, height } = self.size;
+        let i = 3 * (y.min(height - 1) * width + x.min(width - 1));
         [self.rgb[i], self.rgb[i + 1], self.rgb[i + 2]]
     }
 
     /// Bilinear value in 0..=255 at image position (`x`, `y`) in pixels, pixel centres at half
     /// integers, edges repeated.
     pub fn sample(&self, x: f64, y: f64) -> [f32; 3] {
-        let fx = (x - 0.5).clamp(0.0, (self.width - 1) as f64);
-        let fy = (y - 0.5).clamp(0.0, (self.height - 1) as f64);
+        let fx = (x - 0.5).clamp(0.0, (self.width() - 1) as f64);
+        let fy = (y - 0.5).clamp(0.0, (self.height() - 1) as f64);
         let (x0, y0) = (fx as usize, fy as usize);
         let (ax, ay) = ((fx - x0 as f64) as f32, (fy - y0 as f64) as f32);
         let (a, b) = (self.pixel(x0, y0), self.pixel(x0 + 1, y0));
@@ -103,17 +101,15 @@ impl Picture {
     /// The picture turned by a quarter clockwise: its left column becomes the first row, read upwards.
     #[must_use]
     pub fn turned_clockwise(&self) -> Self {
-        Self {
-            width: self.height,
-            height: self.width,
-            rgb: turned_clockwise(self.rgb.as_chunks::<3>().0, self.width).into_flattened(),
-        }
+        let ImageSize { width, height } = self.size;
+        let rgb = turned_clockwise(self.rgb.as_chunks::<3>().0, width).into_flattened();
+        Self::from_rows(height, width, rgb)
     }
 
     /// Halves the picture (rounded down, at least one pixel): each pixel is the mean of four. It is the next level of
     /// a mipmap.
     pub fn halved(&self) -> Self {
-        Self::from_fn(self.width / 2, self.height / 2, |x, y| {
+        Self::from_fn(self.width() / 2, self.height() / 2, |x, y| {
             let p = [
                 self.pixel(2 * x, 2 * y),
                 self.pixel(2 * x + 1, 2 * y),

@@ -1,7 +1,7 @@
 //! Depth and registration maps.
 
 use crate::error::GeometryError;
-use crate::image::turned_anticlockwise;
+use crate::image::{ImageSize, turned_anticlockwise};
 use glam::DVec2;
 
 /// Value of depth and of both registration coordinates outside the object.
@@ -11,8 +11,7 @@ pub const OUTSIDE: f32 = -1.0;
 /// Row-major; outside the object depth is -1 and registration (-1, -1).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Maps {
-    width: usize,
-    height: usize,
+    size: ImageSize,
     depth: Vec<f32>,
     registration: Vec<[f32; 2]>,
 }
@@ -20,10 +19,9 @@ pub struct Maps {
 impl Maps {
     /// Maps of `width` x `height` pixels in which nothing is seen.
     pub fn empty(width: usize, height: usize) -> Self {
-        let pixels = width * height;
+        let (size, pixels) = (ImageSize { width, height }, width * height);
         Self {
-            width,
-            height,
+            size,
             depth: vec![OUTSIDE; pixels],
             registration: vec![[OUTSIDE; 2]; pixels],
         }
@@ -39,17 +37,17 @@ impl Maps {
         depth: Vec<f32>,
         registration: Vec<[f32; 2]>,
     ) -> Result<Self, GeometryError> {
+        let size = ImageSize { width, height };
         for length in [depth.len(), registration.len()] {
-            if length != width.saturating_mul(height) {
+            if length != size.area() {
                 return Err(GeometryError::MapSize {
-                    actual: (length, 1),
-                    expected: (width, height),
+                    actual: (length, 1).into(),
+                    expected: size,
                 });
             }
         }
         Ok(Self {
-            width,
-            height,
+            size,
             depth,
             registration,
         })
@@ -57,17 +55,17 @@ impl Maps {
 
     /// Columns.
     pub fn width(&self) -> usize {
-        self.width
+        self.size.width
     }
 
     /// Rows.
     pub fn height(&self) -> usize {
-        self.height
+        self.size.height
     }
 
     /// Columns and rows.
-    pub fn size(&self) -> (usize, usize) {
-        (self.width, self.height)
+    pub fn size(&self) -> ImageSize {
+        self.size
     }
 
     /// Texture position at row-major index `pixel`.
@@ -125,11 +123,11 @@ impl Maps {
     /// These maps turned by a quarter anticlockwise. Depth and registration do not depend on how a camera is rolled.
     #[must_use]
     pub fn turned_anticlockwise(&self) -> Self {
+        let ImageSize { width, height } = self.size;
         Self {
-            width: self.height,
-            height: self.width,
-            depth: turned_anticlockwise(&self.depth, self.width),
-            registration: turned_anticlockwise(&self.registration, self.width),
+            size: (height, width).into(),
+            depth: turned_anticlockwise(&self.depth, width),
+            registration: turned_anticlockwise(&self.registration, width),
         }
     }
 

@@ -59,7 +59,7 @@ pub fn frame_metrics(
     camera: &Camera,
     template_size_mm: DVec2,
 ) -> Result<FrameMetrics, GeometryError> {
-    let (width, height) = camera.size();
+    let width = camera.width();
     for size in [truth.size(), predicted.size()] {
         check_size(size, camera.size())?;
     }
@@ -70,7 +70,7 @@ pub fn frame_metrics(
         MeanSquare::default(),
     );
     let (mut both, mut either) = (0_usize, 0_usize);
-    for pixel in 0..width * height {
+    for pixel in 0..camera.size().area() {
         let inside = (predicted.inside(pixel), truth.inside(pixel));
         either += usize::from(inside.0 || inside.1);
         if inside != (true, true) {
@@ -83,7 +83,7 @@ pub fn frame_metrics(
         points.add((camera.ray_from_pixel(centre).extend(1.0) * depth_error).length_squared());
         let error_mm = (predicted.uv(pixel) - truth.uv(pixel)) * template_size_mm;
         millimetres.add(error_mm.length_squared());
-        if let Some(error_px) = registration_error_px(predicted, (truth, camera), pixel, template_size_mm) {
+        if let Some(error_px) = registration_error_px(predicted, truth, camera, pixel, template_size_mm) {
             pixels.add(error_px.length_squared());
         }
     }
@@ -102,7 +102,8 @@ pub fn frame_metrics(
 /// [`FrameMetrics::registration_rmse_px`] is its root mean square. `None` where it is not defined.
 pub fn registration_error_px(
     predicted: &Maps,
-    (truth, camera): (&Maps, &Camera),
+    truth: &Maps,
+    camera: &Camera,
     pixel: usize,
     template_size_mm: DVec2,
 ) -> Option<DVec2> {

@@ -87,8 +87,7 @@ impl Adjustment {
         for (i, value) in values.iter_mut().enumerate() {
             *value += step[(i, 0)];
         }
-        let size = (solution.camera.width(), solution.camera.height());
-        let camera = self.model.camera(&values, size).ok()?;
+        let camera = self.model.camera(&values, solution.camera.size()).ok()?;
         let moved = |(view, pose): (usize, &RigidMotion)| {
             let at = |k: usize| step[(values.len() + POSE * view + k, 0)];
             RigidMotion {

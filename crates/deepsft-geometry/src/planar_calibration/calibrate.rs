@@ -5,6 +5,7 @@ use super::camera_model::{CameraModel, CameraParameter};
 use super::homography::{focal_length, homography, pose};
 use crate::camera::Camera;
 use crate::error::GeometryError;
+use crate::image::ImageSize;
 use crate::mesh::RigidMotion;
 use glam::{DMat3, DVec2};
 
@@ -63,7 +64,7 @@ impl PlanarCalibration {
     }
 }
 
-/// The camera of `size` (columns, rows) that saw `views` of a flat target: a start from Zhang's equations, then the least distances in
+/// The camera of `size` that saw `views` of a flat target: a start from Zhang's equations, then the least distances in
 /// the image over camera and poses. Wrong points are left out, and views with fewer than 6 right ones. Without a `model` the one with the fewest parameters that
 /// explains the views (Bayesian information criterion): they may not hold more. [`CameraModel::Fisheye`] is never chosen.
 ///
@@ -73,7 +74,7 @@ impl PlanarCalibration {
 /// * [`GeometryError::CameraParameter`] for an empty image.
 pub fn calibrate(
     views: &[PlanarView],
-    size: (usize, usize),
+    size: ImageSize,
     model: Option<CameraModel>,
 ) -> Result<PlanarCalibration, GeometryError> {
     let expected = if model == Some(CameraModel::Focal) { 1 } else { 3 };
@@ -128,7 +129,7 @@ fn criterion(found: &PlanarCalibration) -> f64 {
 /// The calibration for one model. `expected`: fewest views.
 fn calibrated(
     views: &[PlanarView],
-    size: (usize, usize),
+    size: ImageSize,
     model: CameraModel,
     expected: usize,
 ) -> Result<PlanarCalibration, GeometryError> {
@@ -253,10 +254,10 @@ fn report(
 fn starts(
     views: &[PlanarView],
     usable: &[usize],
-    size: (usize, usize),
+    size: ImageSize,
     model: CameraModel,
 ) -> Result<Vec<Camera>, GeometryError> {
-    let (width, height) = (size.0 as f64, size.1 as f64);
+    let (width, height) = size.as_dvec2().into();
     let (centre, side) = (DVec2::new(width, height) / 2.0, width.max(height));
     let centred = |&view: &usize| -> Option<DMat3> {
         let pairs: Vec<_> = views[view]
@@ -273,7 +274,7 @@ fn starts(
         .chain(START_FOCALS);
     focals
         .map(|focal| {
-            let camera = Camera::pinhole((size.0, size.1), DVec2::splat(focal * side), centre)?;
+            let camera = Camera::pinhole(size, DVec2::splat(focal * side), centre)?;
             match model {
                 CameraModel::Fisheye => camera.with_fisheye([0.0; 4]),
                 _ => Ok(camera),

@@ -2,6 +2,7 @@
 
 use crate::camera::{Camera, Lens};
 use crate::error::GeometryError;
+use crate::image::ImageSize;
 use glam::DVec2;
 
 /// What is unknown of a camera. All but [`CameraModel::Fisheye`] are cases of the last before it.
@@ -61,19 +62,11 @@ impl CameraModel {
     }
 
     /// The camera with these parameters.
-    pub(super) fn camera(self, values: &[f64], (width, height): (usize, usize)) -> Result<Camera, GeometryError> {
+    pub(super) fn camera(self, values: &[f64], size: ImageSize) -> Result<Camera, GeometryError> {
         if let &[f] = values {
-            return Camera::pinhole(
-                (width, height),
-                DVec2::splat(f),
-                DVec2::new(width as f64 / 2.0, height as f64 / 2.0),
-            );
+            return Camera::pinhole(size, DVec2::splat(f), size.as_dvec2() / 2.0);
         }
-        let pinhole = Camera::pinhole(
-            (width, height),
-            DVec2::new(values[0], values[1]),
-            DVec2::new(values[2], values[3]),
-        )?;
+        let pinhole = Camera::pinhole(size, DVec2::new(values[0], values[1]), DVec2::new(values[2], values[3]))?;
         match values[4..] {
             [k1, k2] => pinhole.with_distortion([k1, k2, 0.0, 0.0, 0.0]),
             [k1, k2, p1, p2, k3] => pinhole.with_distortion([k1, k2, p1, p2, k3]),

@@ -117,7 +117,10 @@ fn a_camera_that_is_turned_starts_the_video_afresh() {
     assert!(!video.follow(3, &turned(&pictures[3])));
     let upright: Vec<DVec3> = across.1.iter().map(|p| DVec3::new(p.y, -p.x, p.z)).collect();
     assert_eq!(video.tracker.update(3, Some(&upright)).unwrap(), TrackUpdate::Started);
-    assert_eq!(surface(&video.tracker).maps(video.template.mesh()).size(), (270, 480));
+    assert_eq!(
+        surface(&video.tracker).maps(video.template.mesh()).size(),
+        (270, 480).into()
+    );
 }
 
 /// Zoomed out, the same camera sees more: the mesh stays, and late answers are about the view in which their frame was followed.

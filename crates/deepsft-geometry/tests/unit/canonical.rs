@@ -84,7 +84,7 @@ fn upright_images_have_an_upright_canonical_image() {
         assert_eq!(canonical_camera(&training, size), training);
     }
     let upright = canonical_camera(&training, (720, 1280));
-    assert_eq!(upright.size(), (270, 480));
+    assert_eq!(upright.size(), (270, 480).into());
     assert_eq!(
         (upright.focal(), upright.principal_point()),
         (training.focal(), DVec2::new(135.0, 240.0))
@@ -110,7 +110,7 @@ fn a_turned_camera_sees_a_turned_image() {
     }
     let picture = noise(9, 4);
     let mut back = picture.turned_clockwise();
-    assert_eq!((back.size(), back.pixel(3, 0)), ((4, 9), picture.pixel(0, 0)));
+    assert_eq!((back.size(), back.pixel(3, 0)), ((4, 9).into(), picture.pixel(0, 0)));
     for _ in 0..3 {
         back = back.turned_clockwise();
     }

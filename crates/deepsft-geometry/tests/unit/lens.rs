@@ -1,7 +1,7 @@
 //! The two lens models against OpenCV 5.0.0, and their inverses.
 
 use deepsft_geometry::glam::{DVec2, DVec3};
-use deepsft_geometry::{Camera, CanonicalWarp, Lens, Picture, training_camera};
+use deepsft_geometry::{Camera, CanonicalWarp, ImageSize, Lens, Picture, training_camera};
 
 /// The camera that the numbers of OpenCV below were made with.
 fn pinhole() -> Camera {
@@ -104,7 +104,7 @@ fn pixels_come_from_where_opencv_says() {
 #[test]
 fn every_pixel_comes_back_to_itself_up_to_the_corners_of_wide_lenses() {
     for camera in [polynomial(), fisheye()].into_iter().chain(wide()) {
-        let (width, height) = camera.size();
+        let ImageSize { width, height } = camera.size();
         for y in (0..=height).step_by(8) {
             for x in (0..=width).step_by(8) {
                 let pixel = DVec2::new(x as f64, y as f64);

@@ -78,7 +78,7 @@ fn a_shift_of_three_and_four_pixels_is_five_pixels_and_five_millimetres() {
     let predicted = changed(&truth, |_, depth, [u, v]| Some((depth, [u + 0.015, v + 0.04])));
     assert_registration_off(&predicted, &truth, 5.0, 5.0);
     // The overlay sits 3 px to the left and 4 px above: the pixel says what is right of and below it.
-    let at = |pixel| registration_error_px(&predicted, (&truth, &training_camera()), pixel, SHEET_MM);
+    let at = |pixel| registration_error_px(&predicted, &truth, &training_camera(), pixel, SHEET_MM);
     let displacement = at(100 * 480 + 200).unwrap();
     assert!(
         (displacement - DVec2::new(3.0, 4.0)).length() < F32_PX,
@@ -188,7 +188,7 @@ fn a_registration_that_stands_still_has_no_figure_in_pixels() {
 #[test]
 fn maps_of_another_size_are_refused() {
     let found = frame_metrics(&Maps::empty(240, 135), &frontal(), &training_camera(), SHEET_MM);
-    let (actual, expected) = ((240, 135), (480, 270));
+    let (actual, expected) = ((240, 135).into(), (480, 270).into());
     assert_eq!(found, Err(GeometryError::MapSize { actual, expected }));
 }
 

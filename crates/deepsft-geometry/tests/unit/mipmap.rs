@@ -1,6 +1,6 @@
 //! Pictures at halving sizes.
 
-use deepsft_geometry::{GreyMipmap, MipLevel, Picture};
+use deepsft_geometry::{GreyMipmap, ImageSize, MipLevel, Picture};
 
 #[test]
 fn an_edge_stays_where_it_is_on_every_level_also_of_an_odd_size() {
@@ -24,7 +24,10 @@ fn the_levels_end_at_the_shortest_side_or_at_a_single_pixel() {
     let picture = Picture::from_fn(40, 9, |_, _| [7; 3]);
     let levels = std::iter::successors(Some(MipLevel::finest(picture.clone())), MipLevel::coarser);
     let sizes: Vec<_> = levels.map(|level| level.picture.size()).collect();
-    assert_eq!(sizes, [(40, 9), (20, 4), (10, 2), (5, 1), (2, 1), (1, 1)]);
+    assert_eq!(
+        sizes,
+        [(40, 9), (20, 4), (10, 2), (5, 1), (2, 1), (1, 1)].map(ImageSize::from)
+    );
     for (shortest, last) in [(9, 0), (8, 1), (0, 5)] {
         let mipmap = GreyMipmap::new(&picture, shortest);
         // Beyond the last level comes the last again.

@@ -6,7 +6,7 @@ use deepsft_geometry::glam::{DVec2, DVec3};
 #[test]
 fn cameras_of_the_paper_are_known_by_name() {
     let kinect = Camera::preset("kinect-v2").unwrap();
-    assert_eq!(kinect.size(), (1920, 1080));
+    assert_eq!(kinect.size(), (1920, 1080).into());
     assert_eq!(kinect.focal(), DVec2::new(1057.8, 1064.0));
     assert_eq!(kinect.principal_point(), DVec2::new(947.6, 530.4));
     assert!(Camera::preset("realsense-d435").is_some() && Camera::preset("gopro-hero3").is_some());

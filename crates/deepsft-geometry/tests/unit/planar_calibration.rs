@@ -2,9 +2,12 @@
 
 use deepsft_geometry::glam::{DQuat, DVec2, DVec3};
 use deepsft_geometry::planar_calibration::{CameraModel, PlanarCalibration, PlanarView, calibrate};
-use deepsft_geometry::{Camera, GeometryError};
+use deepsft_geometry::{Camera, GeometryError, ImageSize};
 
-const SIZE: (usize, usize) = (1280, 720);
+const SIZE: ImageSize = ImageSize {
+    width: 1280,
+    height: 720,
+};
 
 /// Rotation vectors and translations (mm) from a board of 7 x 5 points, 30 mm apart, to the camera.
 const POSES: [([f64; 3], [f64; 3]); 6] = [
@@ -17,7 +20,7 @@ const POSES: [([f64; 3], [f64; 3]); 6] = [
 ];
 
 fn ordinary() -> Camera {
-    Camera::pinhole((SIZE.0, SIZE.1), DVec2::new(905.0, 911.0), DVec2::new(633.0, 367.0)).unwrap()
+    Camera::pinhole(SIZE, DVec2::new(905.0, 911.0), DVec2::new(633.0, 367.0)).unwrap()
 }
 
 fn distorting() -> Camera {
@@ -103,12 +106,12 @@ fn a_fisheye_is_that_of_opencv() {
 
 #[test]
 fn exact_points_give_the_exact_camera_of_every_model() {
-    let centred = Camera::pinhole((SIZE.0, SIZE.1), DVec2::splat(900.0), DVec2::new(640.0, 360.0)).unwrap();
-    let wide = Camera::pinhole((SIZE.0, SIZE.1), DVec2::new(380.0, 382.0), DVec2::new(633.0, 367.0))
+    let centred = Camera::pinhole(SIZE, DVec2::splat(900.0), DVec2::new(640.0, 360.0)).unwrap();
+    let wide = Camera::pinhole(SIZE, DVec2::new(380.0, 382.0), DVec2::new(633.0, 367.0))
         .unwrap()
         .with_fisheye([0.03, -0.01, 0.003, -0.001])
         .unwrap();
-    let telephoto = Camera::pinhole((SIZE.0, SIZE.1), DVec2::splat(4000.0), DVec2::new(640.0, 360.0)).unwrap();
+    let telephoto = Camera::pinhole(SIZE, DVec2::splat(4000.0), DVec2::new(640.0, 360.0)).unwrap();
     let far = POSES.map(|(turn, [x, y, z])| (turn, [x, y, 4.0 * z]));
     for (camera, model, poses) in [
         (centred, CameraModel::Focal, POSES),
@@ -138,7 +141,7 @@ fn exact_points_give_the_exact_camera_of_every_model() {
 
 #[test]
 fn the_model_with_the_fewest_parameters_that_explains_the_views_is_chosen() {
-    let centred = Camera::pinhole((SIZE.0, SIZE.1), DVec2::splat(900.0), DVec2::new(640.0, 360.0)).unwrap();
+    let centred = Camera::pinhole(SIZE, DVec2::splat(900.0), DVec2::new(640.0, 360.0)).unwrap();
     for (camera, model) in [
         (centred, CameraModel::Focal),
         (ordinary(), CameraModel::Pinhole),

@@ -7,7 +7,7 @@ use crate::config::CompactConfig;
 use crate::cpu::{CpuPlan, with_team};
 use crate::plan::{Convolution, Filters, LayerInput, MapId, MapShape, Plan, PlanError};
 use crate::weights::{PlanBuilder, Weights};
-use deepsft_geometry::{GeometryError, Picture, check_size};
+use deepsft_geometry::{GeometryError, ImageSize, Picture, check_size};
 
 /// Length of a descriptor, in numbers.
 pub const DESCRIPTOR_LENGTH: usize = 64;
@@ -21,17 +21,18 @@ pub struct DescriptorExecutor {
     cpu: CpuPlan,
     image: MapId,
     descriptors: MapId,
-    size: (usize, usize),
+    size: ImageSize,
 }
 
 impl DescriptorExecutor {
-    /// Gets the network ready for images of `size` (columns, rows) pixels, see [`crate::Executor::new`].
+    /// Gets the network ready for images of `size`, see [`crate::Executor::new`].
     ///
     /// # Errors
     /// [`PlanError`] when `weights` are not those of such a network.
-    pub fn new(size: (usize, usize), weights: &Weights, threads: usize) -> Result<Self, PlanError> {
+    pub fn new(size: impl Into<ImageSize>, weights: &Weights, threads: usize) -> Result<Self, PlanError> {
+        let size = size.into();
         let mut builder = PlanBuilder::new(weights, RELU_GAIN);
-        let trunk = Trunk::new(&mut builder, [size.0, size.1], &CompactConfig::default())?;
+        let trunk = Trunk::new(&mut builder, [size.width, size.height], &CompactConfig::default())?;
         let descriptors = builder.layer(&[LayerInput::relu(trunk.at8)], "head", [DESCRIPTOR_LENGTH, 1, 1], None)?;
         Ok(Self {
             // Its file also has the heads of a main block, which nothing reads.
@@ -42,14 +43,14 @@ impl DescriptorExecutor {
         })
     }
 
-    /// Returns the columns and rows of the images, pixels.
-    pub fn size(&self) -> (usize, usize) {
+    /// Returns the size of the images.
+    pub fn size(&self) -> ImageSize {
         self.size
     }
 
     /// Returns the columns and rows of cells of 8 pixels; the image is padded to an even number of them.
     pub fn cells(&self) -> (usize, usize) {
-        let [rows, columns] = cells([self.size.0, self.size.1]);
+        let [rows, columns] = cells([self.size.width, self.size.height]);
         (columns, rows)
     }
 

@@ -10,7 +10,7 @@ use crate::cpu::{CpuPlan, with_team};
 use crate::plan::PlanError;
 use crate::stage::Stage;
 use crate::weights::Weights;
-use deepsft_geometry::{GeometryError, Maps, Picture, check_size};
+use deepsft_geometry::{GeometryError, ImageSize, Maps, Picture, check_size};
 use pulp::Arch;
 
 /// A compact network on the processor, for images of one size. On one thread it allocates nothing after it was made.
@@ -37,11 +37,11 @@ impl CompactExecutor {
     /// pixels, and for fewer than 2 bins.
     pub(crate) fn new(
         config: &NetworkConfig,
-        image: (usize, usize),
+        image: ImageSize,
         weights: &Weights,
         threads: usize,
     ) -> Result<Self, PlanError> {
-        let image = [image.0, image.1];
+        let image = [image.width, image.height];
         let mut network = CompactPlan::new(image, config, weights)?;
         let kept = [&[network.bins, network.offset, network.mask][..], &network.corrections].concat();
         let cpu = CpuPlan::new(std::mem::take(&mut network.plan), &kept, threads);

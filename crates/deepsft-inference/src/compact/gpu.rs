@@ -11,7 +11,7 @@ use crate::gpu::{FramePart, FramePipeline, Gpu, GpuError, GpuPlan, Kernel};
 use crate::plan::{Convolution, Filters, LayerInput, MapId, MapShape, Plan, PlanError};
 use crate::stage::Stage;
 use crate::weights::Weights;
-use deepsft_geometry::{GeometryError, Maps, Picture};
+use deepsft_geometry::{GeometryError, ImageSize, Maps, Picture};
 use std::ops::Range;
 use wgpu::Buffer;
 
@@ -75,10 +75,10 @@ impl CompactGpuExecutor {
     pub(crate) fn new(
         gpu: &Gpu,
         config: &NetworkConfig,
-        image: (usize, usize),
+        image: ImageSize,
         weights: &Weights,
     ) -> Result<Self, GpuError> {
-        let image = [image.0, image.1];
+        let image = [image.width, image.height];
         gpu.check()?;
         let mut network = CompactPlan::new(image, config, weights)?;
         let mut plan = std::mem::take(&mut network.plan);

@@ -2,7 +2,7 @@
 
 use super::prints::{Frame, Shown};
 use deepsft_geometry::glam::{DMat2, DVec2, DVec3};
-use deepsft_geometry::{MipLevel, Picture, Template};
+use deepsft_geometry::{ImageSize, MipLevel, Picture, Template};
 use deepsft_synth::random::between;
 use rand::{Rng, RngExt};
 use std::f64::consts::PI;
@@ -93,7 +93,7 @@ impl Pair {
 
 /// The corner of the window, at even pixels: that of three that shows most of the print.
 fn best_corner<R: Rng>(frame: &Frame, dice: &mut R) -> [usize; 2] {
-    let (width, height) = frame.image.size();
+    let ImageSize { width, height } = frame.image.size();
     let mut best = (0, [0; 2]);
     for _ in 0..3 {
         let corner =
@@ -181,7 +181,7 @@ fn affine(seen: &[(DVec2, DVec2)]) -> Option<(DMat2, DVec2)> {
 impl Sheet {
     fn of(template: &Template, mirrored: bool) -> Self {
         let texture = template.texture();
-        let (width, height) = texture.size();
+        let ImageSize { width, height } = texture.size();
         let picture = match mirrored {
             true => Picture::from_fn(width, height, |x, y| texture.pixel(width - 1 - x, y)),
             false => texture.clone(),

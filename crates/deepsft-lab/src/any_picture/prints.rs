@@ -2,7 +2,7 @@
 
 use crate::reading;
 use anyhow::{Context, Result};
-use deepsft_geometry::{Picture, Template};
+use deepsft_geometry::{ImageSize, Picture, Template};
 use deepsft_synth::painting::artwork;
 use deepsft_synth::random::{Stream, between, generator};
 use deepsft_synth::{SynthConfig, Synthesizer};
@@ -83,7 +83,7 @@ impl Shown {
         }
         let frame = |index: usize| {
             let sample = synthesizer.sample(seed.wrapping_mul(7919).wrapping_add(number), index as u64);
-            let (width, height) = sample.image.size();
+            let ImageSize { width, height } = sample.image.size();
             let registration = (0..height / 2).flat_map(|y| (0..width / 2).map(move |x| 2 * y * width + 2 * x));
             Frame {
                 columns: width / 2,
@@ -114,7 +114,7 @@ fn picture<R: Rng>(number: u64, photographs: &[PathBuf], dice: &mut R) -> Result
     if chosen < 0.87 {
         return Ok(cut);
     }
-    let (width, height) = painted.size();
+    let ImageSize { width, height } = painted.size();
     let below = (height as f64 * between([0.25, 0.75], dice)) as usize;
     Ok(Picture::from_fn(width, height, |x, y| {
         if y < below {
@@ -127,7 +127,7 @@ fn picture<R: Rng>(number: u64, photographs: &[PathBuf], dice: &mut R) -> Result
 
 /// The picture small, in rows, within a border.
 fn in_rows<R: Rng>(picture: &Picture, dice: &mut R) -> Picture {
-    let (width, height) = picture.size();
+    let ImageSize { width, height } = picture.size();
     let (times, border) = (dice.random_range(2..6), dice.random_range(0..30));
     Picture::from_fn(width, height, |x, y| {
         let is_border = x < border || y < border || x + border >= width || y + border >= height;

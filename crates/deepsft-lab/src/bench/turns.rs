@@ -7,7 +7,7 @@ use crate::measuring::{Process, Rival, Times, timed};
 use crate::reading;
 use anyhow::{Context, Result, bail};
 use deepsft::{ModelBundle, Stage, encode_png};
-use deepsft_geometry::{Maps, Picture};
+use deepsft_geometry::{ImageSize, Maps, Picture};
 use serde::{Deserialize, Serialize};
 use std::io::{Write, stdin, stdout};
 use std::path::Path;
@@ -162,8 +162,8 @@ pub fn take(bundle: &ModelBundle, image: &Picture) -> Result<()> {
     let camera = workload::camera(bundle)?;
     let estimator = reading::estimator(bundle)?;
     let canonical = estimator.canonical_image(image, &camera)?;
-    let (width, height) = canonical.size();
-    let mut executor = bundle.network().executor((width, height))?;
+    let ImageSize { width, height } = canonical.size();
+    let mut executor = bundle.network().executor(canonical.size())?;
     let (mut maps, all) = (Maps::empty(width, height), vec![true; width * height]);
     for question in stdin().lines() {
         let answer = match question?.as_str() {

@@ -5,7 +5,7 @@ use burn::tensor::{Tensor, TensorData};
 use deepsft::{
     Architecture, CompactConfig, DeviceKind, MODEL_FILE, ModelBundle, NetworkConfig, PaperConfig, R50FConfig, Stage,
 };
-use deepsft_geometry::{Maps, Picture, training_camera};
+use deepsft_geometry::{ImageSize, Maps, Picture, training_camera};
 use deepsft_inference::{Executor, FoldedNetwork};
 use deepsft_network::{CompactNetwork, Network, SEAM_JUMP, images_to_tensor, start_device};
 use std::path::Path;
@@ -142,8 +142,8 @@ const COMPACT: [f64; 2] = [2e-4, 2e-3];
 /// Compares the maps of all stages, at all pixels and in the mask.
 fn compare_maps(network: &Network, image: &Picture, [max_off, max_apart]: [f64; 2]) {
     let (device, _) = pollster::block_on(start_device(DeviceKind::Cpu)).unwrap();
-    let ((width, height), span) = (image.size(), network.config().depth_range.span_mm());
-    let mut executor = network.folded().executor((width, height)).unwrap();
+    let (size @ ImageSize { width, height }, span) = (image.size(), network.config().depth_range.span_mm());
+    let mut executor = network.folded().executor(size).unwrap();
     executor.run(image).unwrap();
     let all = vec![true; width * height];
     for seen in [None, Some(&all[..])] {

@@ -201,7 +201,7 @@ impl<'a> ClipMotion<'a> {
         let tilt = DVec2::new(self.pitch.at(phase), self.yaw.at(phase)) * FRAC_1_SQRT_2;
         let tilt = DQuat::from_scaled_axis((tilt * self.config.max_tilt_deg.to_radians()).extend(0.0));
         let roll = DQuat::from_rotation_z(self.config.max_roll_deg.to_radians() * self.roll.at(phase));
-        let image = DVec2::new(self.camera.width() as f64, self.camera.height() as f64);
+        let image = self.camera.size().as_dvec2();
         let softness = ROOM_SOFTNESS * image.x / 480.0;
         let size = self.template.extent_mm().truncate();
         let room = (image - self.camera.focal() * size / depth) / 2.0;

@@ -354,7 +354,7 @@ fn colored_noise<R: Rng + ?Sized>(frame: &mut Frame, low: Vec2, high: Vec2, rng:
 
 /// Art made from a photograph: a piece of it with its colours exchanged, sometimes cut into tiles in random order.
 pub(crate) fn photograph_sheet<R: Rng + ?Sized>(photograph: &Picture, rng: &mut R) -> Picture {
-    let whole = DVec2::new(photograph.width() as f64, photograph.height() as f64);
+    let whole = photograph.size().as_dvec2();
     let size = whole * uniform(rng, [0.4, 1.0]) as f64;
     let corner = (whole - size) * DVec2::new(rng.random(), rng.random());
     let sheet = (size * (LONG_SIDE / size.max_element())).ceil();

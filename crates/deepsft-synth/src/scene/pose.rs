@@ -105,7 +105,7 @@ pub fn sample_pose<R: Rng + ?Sized>(
 
 /// Fraction of the vertices (template frame) that a pose projects inside the image.
 pub fn fraction_in_view(camera: &Camera, vertices_template: &[DVec3], camera_from_template: &DAffine3) -> f64 {
-    let limit = DVec2::new(camera.width() as f64, camera.height() as f64);
+    let limit = camera.size().as_dvec2();
     let inside = vertices_template.iter().filter(|vertex| {
         let pixel = camera.project(camera_from_template.transform_point3(**vertex));
         pixel.is_some_and(|p| p.cmpge(DVec2::ZERO).all() && p.cmple(limit).all())
@@ -137,7 +137,7 @@ fn draw_pose<R: Rng + ?Sized>(camera: &Camera, vertices: &[DVec3], config: &Pose
     // The sheet on the optical axis tells how far it can be shifted and still fit.
     let centered = DAffine3::from_rotation_translation(rotation, DVec3::Z * distance - rotation * centroid);
     let (low, high) = bounding_box(camera, vertices, &centered);
-    let size = DVec2::new(camera.width() as f64, camera.height() as f64);
+    let size = camera.size().as_dvec2();
     let (to_low, to_high) = (-low, size - high);
     let extra = if chance(config.partly_out_probability, rng) {
         (high - low) * 0.5
@@ -159,7 +159,7 @@ fn bounding_box(camera: &Camera, vertices: &[DVec3], pose: &DAffine3) -> (DVec2,
     let all = pixels
         .map(|p| (p, p))
         .reduce(|(low, high), (p, _)| (low.min(p), high.max(p)));
-    all.unwrap_or((DVec2::ZERO, DVec2::new(camera.width() as f64, camera.height() as f64)))
+    all.unwrap_or((DVec2::ZERO, camera.size().as_dvec2()))
 }
 
 fn centroid(vertices: &[DVec3]) -> DVec3 {

@@ -4,7 +4,7 @@ use crate::error::DeepSftError;
 use crate::weights_file::weights_from_burnpack;
 use deepsft_finding::Match;
 use deepsft_geometry::glam::{DVec2, Vec2};
-use deepsft_geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH, MipLevel, Picture, Template};
+use deepsft_geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH, ImageSize, MipLevel, Picture, Template};
 use deepsft_inference::{
     DESCRIPTOR_LENGTH, DescriptorExecutor, DescriptorSimilarities, PlanError, Weights, available_threads,
 };
@@ -66,7 +66,7 @@ impl DescriptorExecutors {
     }
 
     /// Takes an executor for images of `size`, or makes one.
-    fn take(&self, size: (usize, usize)) -> Result<DescriptorExecutor, DeepSftError> {
+    fn take(&self, size: ImageSize) -> Result<DescriptorExecutor, DeepSftError> {
         let mut idle = self.idle();
         if let Some(free) = idle.iter().rposition(|executor| executor.size() == size) {
             return Ok(idle.remove(free));
@@ -91,7 +91,7 @@ impl SharedDescriptorNetwork {
     /// [`DeepSftError::BundleContent`] for bytes that are no weights of this network.
     pub fn from_bytes(file: &[u8]) -> Result<Self, DeepSftError> {
         let weights = weights_from_burnpack(file).map_err(|error| refused(error.to_string()))?;
-        let first = executor((CANONICAL_WIDTH, CANONICAL_HEIGHT), &weights)?;
+        let first = executor((CANONICAL_WIDTH, CANONICAL_HEIGHT).into(), &weights)?;
         Ok(Self(Arc::new(DescriptorExecutors {
             weights,
             idle: Mutex::new(vec![first]),
@@ -117,7 +117,7 @@ impl SharedDescriptorNetwork {
     }
 }
 
-fn executor(size: (usize, usize), weights: &Weights) -> Result<DescriptorExecutor, DeepSftError> {
+fn executor(size: ImageSize, weights: &Weights) -> Result<DescriptorExecutor, DeepSftError> {
     let made = DescriptorExecutor::new(size, weights, available_threads());
     made.map_err(|error| refused(error.to_string()))
 }

@@ -4,7 +4,7 @@ use crate::bundle::ModelBundle;
 use crate::device::Device;
 use crate::error::DeepSftError;
 use crate::estimator::Estimator;
-use deepsft_geometry::{Camera, CanonicalViews, Picture, Template, canonical_camera, training_camera};
+use deepsft_geometry::{Camera, CanonicalViews, ImageSize, Picture, Template, canonical_camera, training_camera};
 
 /// An object to look for: its template, and its network if one was trained for it.
 #[derive(Clone, Debug)]
@@ -54,7 +54,7 @@ impl Target {
 
     /// The camera in whose image it is measured in images of `size` (columns, rows): that of the network's training, else
     /// [`training_camera`], turned by a quarter for upright images ([`canonical_camera`]).
-    pub fn canonical_camera(&self, size: (usize, usize)) -> Camera {
+    pub fn canonical_camera(&self, size: ImageSize) -> Camera {
         canonical_camera(&self.training_camera(), size)
     }
 

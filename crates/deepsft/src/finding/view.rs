@@ -3,7 +3,7 @@
 use super::picture_descriptors::{ImageDescriptors, SharedDescriptorNetwork};
 use crate::error::DeepSftError;
 use deepsft_finding::{FeatureOptions, Features, feature_image};
-use deepsft_geometry::{Camera, CanonicalWarp, Picture};
+use deepsft_geometry::{Camera, CanonicalWarp, ImageSize, Picture};
 use std::borrow::Cow;
 
 /// One image with what finders make of it: each thing is made when it is first asked for, and serves all targets.
@@ -39,7 +39,7 @@ impl<'a> View<'a> {
     }
 
     /// Columns and rows of the image, pixels.
-    pub fn size(&self) -> (usize, usize) {
+    pub fn size(&self) -> ImageSize {
         self.camera.size()
     }
 

@@ -6,7 +6,7 @@ use crate::error::DeepSftError;
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::tracking::{OneEuro, TrackUpdate, Tracker, TrackerImage};
 use deepsft_geometry::{
-    CalibratedCamera, Camera, Maps, Picture, SelfCalibration, SelfCalibrationOptions, Surface, Template,
+    CalibratedCamera, Camera, ImageSize, Maps, Picture, SelfCalibration, SelfCalibrationOptions, Surface, Template,
     canonical_camera,
 };
 
@@ -56,7 +56,7 @@ impl FollowedTarget {
     }
 
     /// Its canonical camera for images of `size`, and the same with the focal length of `view`.
-    pub(super) fn cameras(&self, size: (usize, usize), view: &Camera) -> [Camera; 2] {
+    pub(super) fn cameras(&self, size: ImageSize, view: &Camera) -> [Camera; 2] {
         let nearest = canonical_camera(&self.training_camera, size);
         let seen = match view.is_zoom_of(&nearest) {
             true => *view,

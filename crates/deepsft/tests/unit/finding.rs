@@ -46,7 +46,7 @@ fn photograph(template: &Template) -> (Camera, Picture, Maps) {
         let pixel = 960 * y + x;
         match truth.inside(pixel) {
             true => {
-                let at = truth.uv(pixel) * DVec2::new(texture.width() as f64, texture.height() as f64);
+                let at = truth.uv(pixel) * texture.size().as_dvec2();
                 texture.sample(at.x, at.y).map(|c| (0.8 * c + 10.0) as u8)
             }
             false => [40; 3],
@@ -129,7 +129,7 @@ fn in_an_upright_image_the_same_is_found_upright() {
     let (across_found, _, across) = look(&image, &camera);
     let (found, size, vertices) = look(&turned, &upright);
     assert!(across_found && found);
-    assert_eq!(size, (270, 480));
+    assert_eq!(size, (270, 480).into());
     let apart = across
         .iter()
         .zip(&vertices)

@@ -35,7 +35,7 @@ pub fn bent(template: &Template, depth_mm: f64) -> Vec<DVec3> {
 pub fn photograph(template: &Template, vertices: &[DVec3], camera: &Camera) -> Picture {
     let maps = VisibleSurface::new(template.mesh(), vertices, camera).maps();
     let texture = template.texture().halved();
-    let size = DVec2::new(texture.width() as f64, texture.height() as f64);
+    let size = texture.size().as_dvec2();
     Picture::from_fn(camera.width(), camera.height(), |x, y| {
         let pixel = camera.width() * y + x;
         if !maps.inside(pixel) {
@@ -60,7 +60,7 @@ fn a_sheet_that_only_the_whole_image_holds_is_measured_whole() {
     let camera = Camera::typical((1280, 960)).unwrap();
     let vertices = bent(template, 300.0);
     let inside = |camera: &Camera| {
-        let limit = DVec2::new(camera.width() as f64, camera.height() as f64);
+        let limit = camera.size().as_dvec2();
         let seen = |p: &&DVec3| {
             let at = camera.project(**p).unwrap();
             at.cmpge(DVec2::ZERO).all() && at.cmple(limit).all()

@@ -13,7 +13,7 @@ use clap::{Args, ValueEnum};
 use deepsft::encode_png;
 use deepsft_formats::{CameraFile, read_template};
 use deepsft_geometry::planar_calibration::{CameraModel, PlanarCalibration, PlanarView, calibrate};
-use deepsft_geometry::{GeometryError, Picture};
+use deepsft_geometry::{GeometryError, ImageSize, Picture};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -181,7 +181,7 @@ fn detector(arguments: &CalibrateArguments) -> Result<Detector> {
 /// What was seen of the target.
 struct Seen {
     /// Columns and rows of all photographs.
-    size: (usize, usize),
+    size: ImageSize,
     views: Vec<PlanarView>,
     /// Their files, or the numbers of their frames.
     names: Vec<String>,
@@ -200,11 +200,9 @@ fn views(detector: &mut Detector, inputs: &[PathBuf]) -> Result<Seen> {
             photographs: 0,
         });
         if size != seen.size {
-            let (width, height) = seen.size;
             bail!(
-                "it has {} x {} pixels, those before it {width} x {height}: one camera at one zoom, held one way",
-                size.0,
-                size.1
+                "it has {size} pixels, those before it {}: one camera at one zoom, held one way",
+                seen.size
             );
         }
         seen.photographs += 1;
@@ -296,7 +294,7 @@ fn report(detector: &Detector, names: Vec<String>, found: &PlanarCalibration) ->
     }
 }
 
-fn print(report: &Report, out: &Path, (width, height): (usize, usize), chosen: bool) {
+fn print(report: &Report, out: &Path, size: ImageSize, chosen: bool) {
     let (used, left_out): (Vec<_>, Vec<_>) = report.views.iter().partition(|view| view.rms_px.is_some());
     for view in left_out {
         println!(
@@ -304,7 +302,7 @@ fn print(report: &Report, out: &Path, (width, height): (usize, usize), chosen: b
             view.name
         );
     }
-    println!("{}: {width} x {height} pixels, model {}", out.display(), report.model);
+    println!("{}: {size} pixels, model {}", out.display(), report.model);
     for p in &report.parameters {
         let digits = if p.name.starts_with(['k', 'p']) { 5 } else { 2 };
         println!(

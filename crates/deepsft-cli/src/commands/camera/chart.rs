@@ -2,8 +2,8 @@
 
 use crate::output::canvas::Canvas;
 use crate::output::lettering::{Align, Lettering};
-use deepsft_geometry::Picture;
 use deepsft_geometry::planar_calibration::{PlanarCalibration, PlanarView};
+use deepsft_geometry::{ImageSize, Picture};
 
 /// Width of the camera's image in the picture, pixels.
 const WIDTH: f64 = 1200.0;
@@ -23,10 +23,10 @@ const COVERED: [u8; 3] = [226, 243, 234];
 const DOT: [u8; 3] = [24, 100, 171];
 const WRONG: [u8; 3] = [224, 49, 49];
 
-/// The picture for photographs of `size` (columns, rows).
-pub fn chart(size: (usize, usize), views: &[PlanarView], found: &PlanarCalibration) -> Picture {
-    let scale = WIDTH / size.0 as f64;
-    let height = size.1 as f64 * scale;
+/// The picture for photographs of `size`.
+pub fn chart(size: ImageSize, views: &[PlanarView], found: &PlanarCalibration) -> Picture {
+    let scale = WIDTH / size.width as f64;
+    let height = size.height as f64 * scale;
     let mut canvas = Canvas::new(WIDTH as usize, (height + 2.0 * BAND) as usize, [255; 3]);
     let cell = WIDTH.max(height) / CELLS;
     let (columns, rows) = ((WIDTH / cell).ceil() as usize, (height / cell).ceil() as usize);

@@ -11,7 +11,7 @@ use deepsft::View;
 use deepsft::features::{FeatureFinder, PictureTarget};
 use deepsft_geometry::glam::DVec2;
 use deepsft_geometry::planar_calibration::PlanarView;
-use deepsft_geometry::{Camera, Picture, Template};
+use deepsft_geometry::{Camera, ImageSize, Picture, Template};
 
 /// Side of a square where none is given, mm: the camera does not depend on it.
 const ANY_SQUARE_MM: f64 = 30.0;
@@ -79,7 +79,7 @@ impl Detector {
             .chunks_exact(3)
             .map(|c| deepsft_geometry::luma([c[0], c[1], c[2]]) as u8)
             .collect();
-        let (mut width, mut height) = picture.size();
+        let ImageSize { mut width, mut height } = picture.size();
         let mut pixel = 1.0;
         loop {
             // These detectors have the centre of the first pixel at (0, 0).

@@ -116,7 +116,7 @@ fn aligned(
     let inverse = matrix.inverse();
     let mut at = pixel;
     let margin = f64::from(RADIUS + 1);
-    let limit = DVec2::new(photograph.width() as f64, photograph.height() as f64) - margin;
+    let limit = photograph.size().as_dvec2() - margin;
     for _ in 0..30 {
         if at.cmplt(DVec2::splat(margin)).any() || at.cmpgt(limit).any() || at.distance(pixel) > FARTHEST_PX {
             return None;

@@ -189,7 +189,8 @@ fn columns_of_the_paper(frame: &Frame, template: &Template, camera: &Camera) -> 
         columns.push(panels::registration_error_px(
             "registration error",
             predicted,
-            (truth, camera),
+            truth,
+            camera,
             template.size_mm(),
             REGISTRATION_SCALE_PX,
         ));
@@ -324,7 +325,7 @@ mod tests {
         let mm = Some("mm");
         let expected_units = [None, mm, mm, Some(""), Some(""), mm, Some("px"), None];
         assert_eq!(units.collect::<Vec<_>>(), expected_units);
-        let whole = |panel: &sheet::Panel| panel.picture.size() == (480, 270);
+        let whole = |panel: &sheet::Panel| panel.picture.size() == (480, 270).into();
         assert!(exact.iter().all(whole));
         // No error is the first colour of its bar; both depths have one scale.
         for panel in &exact[5..7] {

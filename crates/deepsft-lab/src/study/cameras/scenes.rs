@@ -200,7 +200,7 @@ pub fn holds(camera: &Camera, vertices: &[DVec3]) -> bool {
 
 /// The fraction of a mesh's vertices outside a camera's image.
 pub fn cut_off(camera: &Camera, vertices: &[DVec3]) -> f64 {
-    let limit = DVec2::new(camera.width() as f64, camera.height() as f64);
+    let limit = camera.size().as_dvec2();
     let inside = |p: DVec2| p.cmpge(DVec2::ZERO).all() && p.cmple(limit).all();
     let is_outside = |p: &&DVec3| !camera.project(**p).is_some_and(inside);
     vertices.iter().filter(is_outside).count() as f64 / vertices.len().max(1) as f64
