@@ -79,7 +79,7 @@ impl SheetSolver {
             .collect();
         let data = Reprojection::new(self.mesh(), camera, &points, Robust::Cauchy(1.5 * deviation_px))?;
         Ok(if soft {
-            self.sheet.solve_by_continuation(&[&data], start.to_vec(), STEPS)?.0
+            self.sheet.solve_by_continuation(&[&data], start.to_vec(), STEPS)?
         } else {
             self.sheet.solve(&[&data], start, STEPS)?.0
         })

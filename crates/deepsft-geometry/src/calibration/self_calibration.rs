@@ -105,6 +105,7 @@ impl CalibratedCamera {
 /// A view whose mesh explains it far worse than the others' theirs has no say: it is a wrong one, until it fits.
 ///
 /// Frontal views of a flat sheet say nothing of the focal length; [`CalibratedCamera::focal_deviation`] tells.
+#[derive(Debug)]
 pub struct SelfCalibration {
     fitter: MeshFitter,
     options: SelfCalibrationOptions,
@@ -118,16 +119,6 @@ pub struct SelfCalibration {
     updates: usize,
     /// The next view to be fitted for the next update.
     next: usize,
-}
-
-impl std::fmt::Debug for SelfCalibration {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("SelfCalibration")
-            .field("options", &self.options)
-            .field("cameras", &self.cameras)
-            .field("updates", &self.updates)
-            .finish_non_exhaustive()
-    }
 }
 
 impl SelfCalibration {

@@ -3,19 +3,20 @@
 use super::camera_parameters::pixel_gradients;
 use crate::camera::Camera;
 use crate::error::GeometryError;
-use crate::fitting::mesh_fitter::{FitRound, MeshFitter, Resolution, window_of};
+use crate::fitting::mesh_fitter::{FitRound, MeshFitter};
+use crate::fitting::observation::Observation;
 use crate::image::GreyImage;
-use crate::mesh::SurfacePoint;
 use crate::solver::{Energy, PhotoConsistency};
 use glam::{DMat4, DVec3, DVec4};
 
 /// Correlation around a vertex below which something else is seen there.
 const HIDDEN: f64 = 0.4;
 
-/// Pixels beside the silhouette that are not compared.
+/// Pixels of the canonical image beside the silhouette that are not compared.
 const MARGIN_PX: usize = 2;
 
 /// An image and the mesh in it.
+#[derive(Debug)]
 pub(super) struct View {
     image: GreyImage,
     /// The coarse mesh as it was tracked, camera frame, mm.
@@ -83,35 +84,19 @@ impl View {
         (blur, steps): (f32, usize),
     ) -> Result<(), GeometryError> {
         let round = FitRound {
-            resolution: Resolution::Coarse,
-            blur,
-            window: window_of(blur),
             margin: MARGIN_PX,
-            rigid_steps: 0,
-            steps,
             is_near: true,
+            trusted: Some((&self.confidence, HIDDEN)),
+            ..FitRound::new(blur, steps)
         };
-        let faces = fitter.coarse.mesh.faces().to_vec();
-        let trusted = |point: &SurfacePoint| {
-            let corners = faces[point.face].iter().zip(point.barycentric);
-            let confidence: f64 = corners.map(|(&v, w)| w * f64::from(self.confidence[v])).sum();
-            confidence > HIDDEN
-        };
-        let frame = (&self.image, camera);
-        let (fitted, linearized) = fitter.round_and(
-            frame,
-            &self.vertices,
-            &round,
-            |_, _| true,
-            trusted,
-            &[],
-            |isometric, term, fitted| {
+        let observation = Observation::new(&self.image, camera)?;
+        let (fitted, linearized) =
+            fitter.round_and(observation, &self.vertices, &round, &[], |isometric, term, fitted| {
                 let (coupling, reduced) = linearized(term, camera, fitted);
                 let solved = isometric.sensitivities(&[term as &dyn Energy], fitted, &coupling)?;
                 Some((coupling, reduced, solved))
-            },
-        )?;
-        self.energy = fitted.report.final_energy();
+            })?;
+        self.energy = fitted.energy;
         self.vertices = fitted.vertices;
         self.confidence = fitted.correlation.confidence;
         (self.reduced, self.sensitivities) = (Reduced::default(), Default::default());

@@ -132,8 +132,7 @@ impl Camera {
     /// # Errors
     /// [`GeometryError::CameraParameter`] for an image of one row or column.
     pub(crate) fn halved(&self) -> Result<Self, GeometryError> {
-        let size = (self.size.width / 2, self.size.height / 2);
-        let halved = Self::pinhole(size, self.focal / 2.0, self.principal_point / 2.0)?;
+        let halved = Self::pinhole(self.size.halved(), self.focal / 2.0, self.principal_point / 2.0)?;
         Ok(halved.with_lens(self.lens))
     }
 

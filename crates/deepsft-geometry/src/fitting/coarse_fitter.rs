@@ -1,15 +1,14 @@
 //! The coarse mesh of one frame: where every fit and every track starts.
 
-use super::correlation::Correlation;
 use super::isometric_mesh::IsometricMesh;
 use super::measurements::{Measurement, measurements, measurements_of_mesh};
-use super::mesh_fitter::{FitRound, MeshFitter, Resolution, check_blurs, window_of};
+use super::mesh_fitter::{FitRound, Fitted, MeshFitter, check_blurs};
+use super::observation::Observation;
 use super::options::FitOptions;
 use super::self_similarity::SelfSimilarity;
 use super::start::Start;
 use crate::camera::Camera;
 use crate::error::{GeometryError, check_size, check_start};
-use crate::image::GreyImage;
 use crate::maps::Maps;
 use crate::mesh::{RigidMotion, SurfacePoint, Template};
 use crate::solver::{DepthPrior, Energy, ImagePoint, PointDepth, Reprojection, Robust};
@@ -18,8 +17,8 @@ use glam::{DVec2, DVec3};
 /// Fewest measurements from which a mesh is fitted.
 pub(crate) const MIN_MEASUREMENTS: usize = 12;
 
-/// Blur at which mesh and network are compared, pixels.
-pub(crate) const JUDGED_BLUR_PX: f32 = 0.7;
+/// Blur at which places where the print looks alike are compared, pixels of the canonical image.
+const JUDGED_BLUR_PX: f32 = 0.7;
 
 /// Correlation of image and print from which a first try is not followed by a second.
 const CONFIRMED: f64 = 0.8;
@@ -27,21 +26,13 @@ const CONFIRMED: f64 = 0.8;
 /// Solver steps without the image, for each stiffness.
 const CONTINUATION_STEPS: usize = 12;
 
-/// The coarse mesh fitted to a frame.
-pub(crate) struct CoarseFit {
-    pub(crate) vertices: Vec<DVec3>,
-    pub(crate) correlation: Correlation,
-    /// Solver steps that it took.
-    pub(crate) iterations: usize,
-}
-
 /// What the coarse fit starts from.
 pub(crate) struct CoarseStart<'a> {
     pub(crate) measured: Vec<Measurement>,
     /// The coarse mesh to begin with; `None`: the flat sheet where the measurements are.
     mesh: Option<Vec<DVec3>>,
     /// Maps whose mask says where the object is seen; `None`: wherever the mesh is drawn.
-    mask: Option<&'a Maps>,
+    pub(crate) mask: Option<&'a Maps>,
     /// Whether the measurements were moved to a place that looks alike: such a place has one try.
     is_moved: bool,
 }
@@ -61,14 +52,10 @@ impl CoarseStart<'_> {
             is_moved: true,
         }
     }
-
-    /// Whether the object may be seen at a pixel (column, row).
-    pub(crate) fn shows(&self, x: usize, y: usize) -> bool {
-        self.mask.is_none_or(|maps| maps.inside(y * maps.width() + x))
-    }
 }
 
 /// Fits one template's coarse mesh to frames.
+#[derive(Debug)]
 pub(crate) struct CoarseFitter {
     pub(crate) options: FitOptions,
     pub(crate) mesh_fitter: MeshFitter,
@@ -113,94 +100,82 @@ impl CoarseFitter {
     }
 
     /// The coarse mesh where the measurements of `from` are, without the image.
-    pub(crate) fn placed(&mut self, from: &CoarseStart<'_>, camera: &Camera) -> Result<Vec<DVec3>, GeometryError> {
+    pub(crate) fn initial_mesh(
+        &mut self,
+        from: &CoarseStart<'_>,
+        camera: &Camera,
+    ) -> Result<Vec<DVec3>, GeometryError> {
         if let Some(mesh) = &from.mesh {
             return Ok(mesh.clone());
         }
         let trust = self.options.continuation_registrations;
-        let (reprojection, depth) =
-            self.measured_terms(&self.mesh_fitter.coarse, &from.measured, camera, trust, |_| 1.0)?;
-        let start = self.aligned(&from.measured, camera);
-        let coarse = &mut self.mesh_fitter.coarse;
-        Ok(coarse
-            .solve_by_continuation(&[&reprojection, &depth], start, CONTINUATION_STEPS)?
-            .0)
+        let coarse = &self.mesh_fitter.coarse;
+        let (reprojection, depth) = self.measured_terms(coarse, &from.measured, camera, trust, |_| 1.0)?;
+        self.continued(from, camera, &[&reprojection, &depth])
     }
 
-    /// The coarse mesh placed on the measurements and fitted to the image. Where the image does not confirm the whole of it, a
-    /// second try begins with less trust in the registration, whose errors then bend the mesh less. The try that the image
-    /// confirms over more of the print is kept.
-    pub(crate) fn fit(
+    /// Solves without the image by continuation, from the mesh of `from` or the flat sheet where its measurements are.
+    fn continued(
         &mut self,
-        frame: (&GreyImage, &Camera),
         from: &CoarseStart<'_>,
-        blurs: &[f32],
-    ) -> Result<CoarseFit, GeometryError> {
-        let camera = frame.1;
-        let worth = self.options.independent_registrations;
-        let (reprojection, depth) =
-            self.measured_terms(&self.mesh_fitter.coarse, &from.measured, camera, worth, |_| 1.0)?;
-        let priors: [&dyn Energy; 2] = [&reprojection, &depth];
-        let placed = self.placed(from, camera)?;
-        let first = self.fitted_from(frame, from, placed, blurs, &priors)?;
-        if first.correlation.whole >= CONFIRMED || from.is_moved {
-            return Ok(first);
-        }
+        camera: &Camera,
+        terms: &[&dyn Energy],
+    ) -> Result<Vec<DVec3>, GeometryError> {
         let start = match &from.mesh {
             Some(mesh) => mesh.clone(),
             None => self.aligned(&from.measured, camera),
         };
         let coarse = &mut self.mesh_fitter.coarse;
-        let (placed, _) = coarse.solve_by_continuation(&priors, start, CONTINUATION_STEPS)?;
-        let second = self.fitted_from(frame, from, placed, blurs, &priors)?;
-        let confirmed = |fit: &CoarseFit| fit.correlation.whole * fit.correlation.points as f64;
-        let (mut better, other) = if confirmed(&second) > confirmed(&first) {
-            (second, first)
-        } else {
-            (first, second)
-        };
-        better.iterations += other.iterations;
-        Ok(better)
+        coarse.solve_by_continuation(terms, start, CONTINUATION_STEPS)
+    }
+
+    /// Fits the coarse mesh to the measurements and to the image. Where the image does not confirm the whole of it, a
+    /// second try begins with less trust in the registration, whose errors then bend the mesh less. The try that the image
+    /// confirms over more of the print is kept.
+    pub(crate) fn fit(
+        &mut self,
+        observation: Observation<'_>,
+        from: &CoarseStart<'_>,
+        blurs: &[f32],
+    ) -> Result<Fitted, GeometryError> {
+        let camera = observation.camera;
+        let worth = self.options.independent_registrations;
+        let coarse = &self.mesh_fitter.coarse;
+        let (reprojection, depth) = self.measured_terms(coarse, &from.measured, camera, worth, |_| 1.0)?;
+        let priors: [&dyn Energy; 2] = [&reprojection, &depth];
+        let start = self.initial_mesh(from, camera)?;
+        let first = self.fitted_from(observation, from.mask, start, blurs, &priors)?;
+        if first.correlation.whole >= CONFIRMED || from.is_moved {
+            return Ok(first);
+        }
+        let start = self.continued(from, camera, &priors)?;
+        let second = self.fitted_from(observation, from.mask, start, blurs, &priors)?;
+        let iterations = first.iterations + second.iterations;
+        let is_better = second.correlation.confirmed_evidence() > first.correlation.confirmed_evidence();
+        let better = if is_better { second } else { first };
+        Ok(Fitted { iterations, ..better })
     }
 
     /// The photo-consistency rounds of the coarse mesh from `vertices`.
     fn fitted_from(
         &mut self,
-        frame: (&GreyImage, &Camera),
-        from: &CoarseStart<'_>,
-        mut vertices: Vec<DVec3>,
+        observation: Observation<'_>,
+        mask: Option<&Maps>,
+        vertices: Vec<DVec3>,
         blurs: &[f32],
         priors: &[&dyn Energy],
-    ) -> Result<CoarseFit, GeometryError> {
-        let (mut correlation, mut iterations) = (Correlation::default(), 0);
-        let shows = |x: usize, y: usize| from.shows(x, y);
+    ) -> Result<Fitted, GeometryError> {
+        let mut fitted = Fitted::unmoved(vertices);
         for &blur in blurs {
-            let round = self.round(Resolution::Coarse, blur);
-            let fitted = self
-                .mesh_fitter
-                .round(frame, &vertices, &round, shows, |_| true, priors)?;
-            vertices = fitted.vertices;
-            correlation = fitted.correlation;
-            iterations += fitted.report.iterations;
+            let round = FitRound {
+                mask,
+                ..FitRound::new(blur, self.options.steps)
+            };
+            let before = fitted.iterations;
+            fitted = self.mesh_fitter.round(observation, &fitted.vertices, &round, priors)?;
+            fitted.iterations += before;
         }
-        Ok(CoarseFit {
-            vertices,
-            correlation,
-            iterations,
-        })
-    }
-
-    pub(crate) fn round(&self, resolution: Resolution, blur: f32) -> FitRound {
-        FitRound {
-            resolution,
-            blur,
-            window: window_of(blur),
-            // The network's mask has its own.
-            margin: 0,
-            rigid_steps: 0,
-            steps: self.options.steps,
-            is_near: false,
-        }
+        Ok(fitted)
     }
 
     /// The terms that the finder's maps give, the registrations worth `independent` measurements together, each of them
@@ -265,14 +240,9 @@ impl CoarseFitter {
     }
 
     /// How much of the image confirms a coarse mesh, where the image shows anything at all.
-    pub(crate) fn confirmed(&mut self, frame: (&GreyImage, &Camera), found: &CoarseFit) -> Result<f64, GeometryError> {
-        let round = FitRound {
-            steps: 0,
-            ..self.round(Resolution::Coarse, JUDGED_BLUR_PX)
-        };
-        let judged = self
-            .mesh_fitter
-            .round(frame, &found.vertices, &round, |_, _| true, |_| true, &[])?;
-        Ok(judged.correlation.whole * judged.correlation.points as f64)
+    pub(crate) fn confirmed(&mut self, observation: Observation<'_>, found: &Fitted) -> Result<f64, GeometryError> {
+        let round = FitRound::new(JUDGED_BLUR_PX, 0);
+        let judged = self.mesh_fitter.round(observation, &found.vertices, &round, &[])?;
+        Ok(judged.correlation.confirmed_evidence())
     }
 }

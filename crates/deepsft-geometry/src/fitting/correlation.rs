@@ -7,7 +7,7 @@ use crate::solver::TexturePoint;
 use crate::verdict::Verdict;
 use glam::DVec3;
 
-/// Pixels between two photo-consistency points.
+/// Pixels of the observed image between two photo-consistency points.
 pub(crate) const POINT_STEP: usize = 3;
 
 /// Square of the normalised contrast that counts as none (a fifth of a local deviation): around a vertex with less
@@ -85,6 +85,11 @@ impl Correlation {
             confirmed_px: self.confirmed_points * (POINT_STEP * POINT_STEP) as f64,
             ambiguity,
         }
+    }
+
+    /// Correlation times the points compared: what the whole image says for the mesh.
+    pub(crate) fn confirmed_evidence(&self) -> f64 {
+        self.whole * self.points as f64
     }
 
     /// Compares what the print shows at `points` with the image where the mesh at `vertices` (camera frame) puts them.

@@ -1,32 +1,25 @@
 //! The mesh of one frame.
 
 use super::coarse_fitter::CoarseFitter;
-use super::mesh_fitter::Resolution;
+use super::mesh_fitter::{FitRound, Resolution};
 use super::mode_hops::best_of_mode_hops;
+use super::observation::Observation;
 use super::options::FitOptions;
 use super::self_similarity::{SelfSimilarity, self_similarities};
 use super::start::Start;
 use crate::camera::Camera;
-use crate::error::{GeometryError, check_size};
+use crate::error::GeometryError;
 use crate::image::{GreyImage, Picture};
 use crate::mesh::{SurfacePoint, Template};
-use crate::solver::Energy;
 use crate::surface::Surface;
 use glam::DVec3;
 
 /// Fits one template's mesh to frames.
+#[derive(Debug)]
 pub struct FrameFitter {
     coarse: CoarseFitter,
     /// Looked for when first needed.
     self_similarities: Option<Vec<SelfSimilarity>>,
-}
-
-impl std::fmt::Debug for FrameFitter {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("FrameFitter")
-            .field("options", &self.coarse.options)
-            .finish_non_exhaustive()
-    }
 }
 
 impl FrameFitter {
@@ -67,24 +60,23 @@ impl FrameFitter {
     /// [`GeometryError::MapSize`] when image, camera and maps are not of one size, [`GeometryError::StartLength`] when a mesh does
     /// not have the template's vertices.
     pub fn fit(&mut self, image: &Picture, camera: &Camera, start: &Start) -> Result<Option<Surface>, GeometryError> {
-        check_size(image.size(), camera.size())?;
+        let grey = GreyImage::of(image);
+        let observation = Observation::new(&grey, camera)?;
         let Some(mut from) = self.coarse.start(start, camera)? else {
             return Ok(None);
         };
         let is_whole = matches!(start, Start::Mesh(_));
-        let grey = GreyImage::of(image);
-        let frame = (&grey, camera);
         // The coarse mesh finds its place, the fine one the details.
         let blurs = self.coarse.options.blurs.clone();
         let (last, first) = blurs
             .split_last()
             .map_or((None, &[][..]), |(last, first)| (Some(*last), first));
         let first = if first.is_empty() { &blurs } else { first };
-        let mut found = self.coarse.fit(frame, &from, first)?;
+        let mut found = self.coarse.fit(observation, &from, first)?;
         let mut ambiguity = None;
         if is_whole {
             let similar = self.self_similarities();
-            (found, from, ambiguity) = best_of_mode_hops(&mut self.coarse, &similar, frame, (found, from), first)?;
+            (found, from, ambiguity) = best_of_mode_hops(&mut self.coarse, &similar, observation, (found, from), first)?;
         }
         let mut vertices = self.coarse.mesh_fitter.fine_vertices(&found.vertices);
         let mut correlation = found.correlation;
@@ -95,21 +87,17 @@ impl FrameFitter {
             let confidence = self.coarse.mesh_fitter.fine_confidence(&correlation.confidence);
             let fine = &self.coarse.mesh_fitter.fine;
             let hold = |point: &SurfacePoint| {
-                if is_whole {
-                    return 1.0;
-                }
-                let corners = fine.mesh.faces()[point.face].iter().zip(point.barycentric);
-                1.0 - corners
-                    .map(|(&v, w)| w * f64::from(confidence[v]))
-                    .sum::<f64>()
-                    .clamp(0.0, 1.0)
+                let confirmed = || point.interpolated(fine.mesh.faces(), &confidence).clamp(0.0, 1.0);
+                if is_whole { 1.0 } else { 1.0 - confirmed() }
             };
             let (reprojection, depth) = self.coarse.measured_terms(fine, &from.measured, camera, worth, hold)?;
-            let round = self.coarse.round(Resolution::Fine, blur);
-            let shows = |x: usize, y: usize| from.shows(x, y);
-            let priors: [&dyn Energy; 2] = [&reprojection, &depth];
+            let round = FitRound {
+                resolution: Resolution::Fine,
+                mask: from.mask,
+                ..FitRound::new(blur, self.coarse.options.steps)
+            };
             let fitter = &mut self.coarse.mesh_fitter;
-            let fitted = fitter.round(frame, &vertices, &round, shows, |_| true, &priors)?;
+            let fitted = fitter.round(observation, &vertices, &round, &[&reprojection, &depth])?;
             (vertices, correlation) = (fitted.vertices, fitted.correlation);
         }
         Ok(Some(Surface {
@@ -127,11 +115,11 @@ impl FrameFitter {
     ///
     /// # Errors
     /// As [`FrameFitter::fit`].
-    pub fn placed(&mut self, camera: &Camera, start: &Start) -> Result<Option<Vec<DVec3>>, GeometryError> {
+    pub fn initial_mesh(&mut self, camera: &Camera, start: &Start) -> Result<Option<Vec<DVec3>>, GeometryError> {
         let Some(from) = self.coarse.start(start, camera)? else {
             return Ok(None);
         };
-        let coarse = self.coarse.placed(&from, camera)?;
+        let coarse = self.coarse.initial_mesh(&from, camera)?;
         Ok(Some(self.coarse.mesh_fitter.fine_vertices(&coarse)))
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::error::GeometryError;
 use crate::mesh::{SurfaceLocator, TriangleMesh};
-use crate::solver::{Bending, Energy, Isometry, LengthScale, MeshSolver, SolveOptions, SolveReport};
+use crate::solver::{Bending, Energy, Isometry, LengthScale, MeshSolver, Solution, SolveOptions};
 use glam::DVec3;
 
 /// Continuation: fractions of the weight of isometry that a mesh far from its place is solved with in turn.
@@ -13,6 +13,7 @@ const CONTINUATION: [f64; 3] = [0.01, 0.1, 1.0];
 const FIRST_DAMPING: f64 = 1e-6;
 
 /// A mesh under isometry and bending, with everything that is solved on it and does not depend on the frame.
+#[derive(Debug)]
 pub struct IsometricMesh {
     /// The rest mesh.
     pub mesh: TriangleMesh,
@@ -22,14 +23,6 @@ pub struct IsometricMesh {
     isometry: [Isometry; 3],
     bending: Bending,
     solver: MeshSolver,
-    /// As [`SolveOptions::halving`].
-    pub(crate) halving: bool,
-}
-
-impl std::fmt::Debug for IsometricMesh {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("IsometricMesh").finish_non_exhaustive()
-    }
 }
 
 impl IsometricMesh {
@@ -56,41 +49,35 @@ impl IsometricMesh {
             mesh,
             isometry,
             bending,
-            halving: false,
         })
     }
 
-    /// Minimises `terms`, isometry and bending from `start`, for a mesh that is near its place. The report names all terms.
-    ///
-    /// # Errors
-    /// As [`MeshSolver::solve`].
-    pub fn solve(
+    /// Minimises `terms`, isometry and bending from `start`. `halving`: as [`SolveOptions::halving`].
+    pub(crate) fn solve(
         &mut self,
         terms: &[&dyn Energy],
         start: &[DVec3],
         steps: usize,
-    ) -> Result<(Vec<DVec3>, SolveReport), GeometryError> {
-        self.solve_with(self.isometry.len() - 1, terms, start, steps)
+        halving: bool,
+    ) -> Result<Solution, GeometryError> {
+        self.solve_with(self.isometry.len() - 1, terms, start, steps, halving)
     }
 
     /// Minimises the same by continuation from low to full stiffness, for a mesh that may be far from its place: a stiff
-    /// sheet moves in tiny steps, a soft one may stretch at first.
+    /// sheet moves in tiny steps, a soft one may stretch at first. Returns the vertices.
     ///
     /// # Errors
     /// As [`MeshSolver::solve`].
     pub fn solve_by_continuation(
         &mut self,
         terms: &[&dyn Energy],
-        start: Vec<DVec3>,
+        mut vertices: Vec<DVec3>,
         steps: usize,
-    ) -> Result<(Vec<DVec3>, Vec<SolveReport>), GeometryError> {
-        let (mut vertices, mut reports) = (start, Vec::new());
+    ) -> Result<Vec<DVec3>, GeometryError> {
         for stiffness in 0..self.isometry.len() {
-            let (continued, report) = self.solve_with(stiffness, terms, &vertices, steps)?;
-            vertices = continued;
-            reports.push(report);
+            vertices = self.solve_with(stiffness, terms, &vertices, steps, false)?.vertices;
         }
-        Ok((vertices, reports))
+        Ok(vertices)
     }
 
     /// As [`MeshSolver::sensitivities`], with `terms`, isometry and bending.
@@ -113,18 +100,18 @@ impl IsometricMesh {
         terms: &[&dyn Energy],
         start: &[DVec3],
         steps: usize,
-    ) -> Result<(Vec<DVec3>, SolveReport), GeometryError> {
+        halving: bool,
+    ) -> Result<Solution, GeometryError> {
         let options = SolveOptions {
             max_iterations: steps,
             step_tolerance: 1e-3,
             energy_tolerance: 1e-4,
             first_damping: FIRST_DAMPING,
-            halving: self.halving,
+            halving,
         };
         let mut all = terms.to_vec();
         all.push(&self.isometry[stiffness]);
         all.push(&self.bending);
-        let solution = self.solver.solve(&all, start, &options)?;
-        Ok((solution.vertices, solution.report))
+        self.solver.solve(&all, start, &options)
     }
 }

@@ -3,18 +3,19 @@
 use super::correlation::{Correlation, POINT_STEP};
 use super::grid_interpolation::GridInterpolation;
 use super::isometric_mesh::IsometricMesh;
+use super::observation::Observation;
 use super::options::FitOptions;
 use super::print::{Drawing, Print};
 use super::rigid_fit::rigid_fit;
-use crate::camera::Camera;
 use crate::error::GeometryError;
-use crate::image::{ContrastNormalizedImage, ContrastNormalizer, GreyImage};
+use crate::image::ContrastNormalizer;
+use crate::maps::Maps;
 use crate::maps::raster::VisibleSurface;
-use crate::mesh::{SurfacePoint, Template, TriangleMesh};
-use crate::solver::{Energy, PhotoConsistency, Robust, SolveReport, TexturePoint};
+use crate::mesh::{Template, TriangleMesh};
+use crate::solver::{Energy, PhotoConsistency, Robust, TexturePoint};
 use glam::DVec3;
 
-/// Least width of the window in which mean and contrast are taken, pixels.
+/// Least width of the window in which mean and contrast are taken, pixels of the canonical image.
 pub(crate) const WINDOW_PX: f32 = 8.0;
 
 /// The same as a multiple of the blur: a window hardly wider than the blur would leave nothing to compare.
@@ -24,6 +25,7 @@ const WINDOW_BLURS: f32 = 3.0;
 const COARSE_CELLS: usize = 2;
 
 /// A template with everything about it that does not depend on the frame.
+#[derive(Debug)]
 pub(crate) struct MeshFitter {
     pub(crate) template: Template,
     pub(crate) print: Print,
@@ -46,14 +48,15 @@ pub(crate) enum Resolution {
 }
 
 /// One photo-consistency solve.
-pub(crate) struct FitRound {
+#[derive(Clone, Copy)]
+pub(crate) struct FitRound<'a> {
     /// Which mesh moves.
     pub(crate) resolution: Resolution,
-    /// Blur of image and drawing, pixels.
+    /// Blur of image and drawing, pixels of the observed image.
     pub(crate) blur: f32,
-    /// Width of the window in which mean and contrast are taken, pixels.
+    /// Width of the window in which mean and contrast are taken, pixels of the observed image.
     pub(crate) window: f32,
-    /// Pixels beside the silhouette and beside what hides the object that are not compared.
+    /// Pixels of the observed image beside the silhouette and beside what hides the object that are not compared.
     pub(crate) margin: usize,
     /// Steps of a rigid motion before the mesh may bend.
     pub(crate) rigid_steps: usize,
@@ -61,18 +64,60 @@ pub(crate) struct FitRound {
     pub(crate) steps: usize,
     /// Whether the mesh is near its place.
     pub(crate) is_near: bool,
+    /// Maps of the observed image whose mask says which pixels are compared; without them all are.
+    pub(crate) mask: Option<&'a Maps>,
+    /// Confidence of each vertex, and the confidence above which a point holds the mesh; without it all do.
+    pub(crate) trusted: Option<(&'a [f32], f64)>,
 }
 
-/// The outcome of a [`FitRound`].
-pub(crate) struct FittedRound {
+impl FitRound<'_> {
+    /// Takes `steps` steps of the coarse mesh at this blur.
+    pub(crate) fn new(blur: f32, steps: usize) -> Self {
+        Self {
+            resolution: Resolution::Coarse,
+            blur,
+            window: WINDOW_PX.max(WINDOW_BLURS * blur),
+            margin: 0,
+            rigid_steps: 0,
+            steps,
+            is_near: false,
+            mask: None,
+            trusted: None,
+        }
+    }
+
+    /// The same round on the image at half the size.
+    pub(crate) fn halved(self) -> Self {
+        Self {
+            blur: self.blur / 2.0,
+            window: self.window / 2.0,
+            margin: self.margin / 2,
+            ..self
+        }
+    }
+}
+
+/// A mesh fitted to an image.
+#[derive(Clone, Debug)]
+pub(crate) struct Fitted {
     pub(crate) vertices: Vec<DVec3>,
-    pub(crate) report: SolveReport,
     pub(crate) correlation: Correlation,
+    /// Solver steps that it took.
+    pub(crate) iterations: usize,
+    /// What is left of the energy.
+    pub(crate) energy: f64,
 }
 
-/// The window that goes with a blur, pixels.
-pub(crate) fn window_of(blur: f32) -> f32 {
-    WINDOW_PX.max(WINDOW_BLURS * blur)
+impl Fitted {
+    /// A mesh before any round.
+    pub(crate) fn unmoved(vertices: Vec<DVec3>) -> Self {
+        Self {
+            vertices,
+            correlation: Correlation::default(),
+            iterations: 0,
+            energy: f64::INFINITY,
+        }
+    }
 }
 
 /// Refuses a list of rounds that is empty or has a blur that is none.
@@ -126,33 +171,28 @@ impl MeshFitter {
         self.to_fine_linear.apply_fractions(coarse)
     }
 
-    /// Draws the mesh at `start`, compares it with the image in the pixels (column, row) that `seen` allows and at the points that
-    /// `trusted` allows, and moves it until they agree. Also says how they agree in the end, at all points.
+    /// Draws the mesh at `start`, compares it with the image and moves it until they agree. Also says how they agree in the end, at
+    /// all points.
     pub(crate) fn round(
         &mut self,
-        (grey, camera): (&GreyImage, &Camera),
+        observation: Observation<'_>,
         start: &[DVec3],
-        round: &FitRound,
-        seen: impl Fn(usize, usize) -> bool,
-        trusted: impl Fn(&SurfacePoint) -> bool,
+        round: &FitRound<'_>,
         priors: &[&dyn Energy],
-    ) -> Result<FittedRound, GeometryError> {
-        let fitted = self.round_and((grey, camera), start, round, seen, trusted, priors, |_, _, _| ())?;
-        Ok(fitted.0)
+    ) -> Result<Fitted, GeometryError> {
+        let (fitted, ()) = self.round_and(observation, start, round, priors, |_, _, _| ())?;
+        Ok(fitted)
     }
 
     /// As [`MeshFitter::round`], and what `then` makes of the term that held the mesh to the image, where the mesh ended.
-    #[expect(clippy::too_many_arguments, reason = "those of a round")]
     pub(crate) fn round_and<T>(
         &mut self,
-        (grey, camera): (&GreyImage, &Camera),
+        Observation { grey, camera }: Observation<'_>,
         start: &[DVec3],
-        round: &FitRound,
-        seen: impl Fn(usize, usize) -> bool,
-        trusted: impl Fn(&SurfacePoint) -> bool,
+        round: &FitRound<'_>,
         priors: &[&dyn Energy],
         then: impl FnOnce(&mut IsometricMesh, &PhotoConsistency<'_>, &[DVec3]) -> T,
-    ) -> Result<(FittedRound, T), GeometryError> {
+    ) -> Result<(Fitted, T), GeometryError> {
         let (print, robust) = (&self.print, self.robust);
         let isometric = match round.resolution {
             Resolution::Fine => &mut self.fine,
@@ -160,53 +200,37 @@ impl MeshFitter {
         };
         let surface = VisibleSurface::new(&isometric.mesh, start, camera);
         let border = ContrastNormalizer::reach(round.blur);
-        let mut drawing = Drawing::new(print, &surface, seen, (border, round.margin), Some(POINT_STEP));
+        let mut drawing = Drawing::new(print, &surface, round.mask, (border, round.margin), Some(POINT_STEP));
         let mask = std::mem::take(&mut drawing.mask);
         let normalizer = ContrastNormalizer::new(mask, drawing.part, camera.size(), round.blur, round.window);
-        let image = normalizer.normalize(drawing.part.of(&grey.values, grey.width));
+        let image = normalizer.normalize(drawing.part.of(grey));
         let points = drawing.points(&normalizer.normalize(drawing.print.iter().copied()));
-        let fitted: Vec<_> = points.iter().filter(|p| trusted(&p.point)).copied().collect();
+        let faces = isometric.mesh.faces();
+        let holds = |p: &&TexturePoint| {
+            let is_above = |(confidence, least)| p.point.interpolated(faces, confidence) > least;
+            round.trusted.is_none_or(is_above)
+        };
+        let holding: Vec<_> = points.iter().filter(holds).copied().collect();
         let mut vertices = start.to_vec();
         if round.rigid_steps > 0 {
-            vertices = rigidly_moved(
-                isometric,
-                (&image, camera),
-                &fitted,
-                vertices,
-                robust,
-                round.rigid_steps,
-            );
+            let position = |p: &TexturePoint| (p.point.position(faces, start), p.value);
+            let positions: Vec<_> = holding.iter().map(position).collect();
+            let motion = rigid_fit(&image, camera, &positions, robust, round.rigid_steps);
+            vertices = vertices.into_iter().map(motion).collect();
         }
-        let weight = self.photo_consistency / fitted.len().max(1) as f64;
-        let photo_consistency = PhotoConsistency::new(&isometric.mesh, camera, &image, &fitted, weight, robust)?;
+        let weight = self.photo_consistency / holding.len().max(1) as f64;
+        let photo_consistency = PhotoConsistency::new(&isometric.mesh, camera, &image, &holding, weight, robust)?;
         let mut terms: Vec<&dyn Energy> = vec![&photo_consistency];
         terms.extend(priors);
-        isometric.halving = round.is_near;
-        let solved = isometric.solve(&terms, &vertices, round.steps);
-        isometric.halving = false;
-        let (vertices, report) = solved?;
-        let correlation = Correlation::of(&isometric.mesh, camera, &image, &points, &vertices);
-        let then = then(isometric, &photo_consistency, &vertices);
-        let fitted = FittedRound {
-            vertices,
-            report,
+        let solution = isometric.solve(&terms, &vertices, round.steps, round.is_near)?;
+        let correlation = Correlation::of(&isometric.mesh, camera, &image, &points, &solution.vertices);
+        let then = then(isometric, &photo_consistency, &solution.vertices);
+        let fitted = Fitted {
+            vertices: solution.vertices,
             correlation,
+            iterations: solution.report.iterations,
+            energy: solution.report.final_energy(),
         };
         Ok((fitted, then))
     }
-}
-
-fn rigidly_moved(
-    isometric: &IsometricMesh,
-    (image, camera): (&ContrastNormalizedImage, &Camera),
-    points: &[TexturePoint],
-    vertices: Vec<DVec3>,
-    robust: Robust,
-    steps: usize,
-) -> Vec<DVec3> {
-    let faces = isometric.mesh.faces();
-    let position = |p: &TexturePoint| (p.point.position(faces, &vertices), p.value);
-    let positions: Vec<_> = points.iter().map(position).collect();
-    let place = rigid_fit(image, camera, &positions, robust, steps);
-    vertices.into_iter().map(place).collect()
 }

@@ -19,6 +19,7 @@ mod isometric_mesh;
 mod measurements;
 pub(crate) mod mesh_fitter;
 mod mode_hops;
+pub(crate) mod observation;
 mod options;
 mod print;
 mod rigid_fit;

@@ -1,10 +1,10 @@
 //! Mode hops: fits on a neighbouring row of a print that repeats itself, or on a playing card's other half.
 
-use super::coarse_fitter::{CoarseFit, CoarseFitter, CoarseStart, MIN_MEASUREMENTS};
+use super::coarse_fitter::{CoarseFitter, CoarseStart, MIN_MEASUREMENTS};
+use super::mesh_fitter::Fitted;
+use super::observation::Observation;
 use super::self_similarity::SelfSimilarity;
-use crate::camera::Camera;
 use crate::error::GeometryError;
-use crate::image::GreyImage;
 
 /// Times that a fit moves on to a place that looks alike and that the image confirms more.
 const MAX_HOPS: usize = 3;
@@ -22,10 +22,10 @@ const SAME_PLACE: f64 = 0.01;
 pub(super) fn best_of_mode_hops<'a>(
     fitter: &mut CoarseFitter,
     self_similarities: &[SelfSimilarity],
-    frame: (&GreyImage, &Camera),
-    (found, from): (CoarseFit, CoarseStart<'a>),
+    observation: Observation<'_>,
+    (found, from): (Fitted, CoarseStart<'a>),
     blurs: &[f32],
-) -> Result<(CoarseFit, CoarseStart<'a>, Option<f64>), GeometryError> {
+) -> Result<(Fitted, CoarseStart<'a>, Option<f64>), GeometryError> {
     if self_similarities.is_empty() {
         return Ok((found, from, None));
     }
@@ -33,21 +33,21 @@ pub(super) fn best_of_mode_hops<'a>(
         return Ok((found, from, Some(1.0)));
     }
     let side = fitter.mesh_fitter.template.size_mm().max_element();
-    let mut best = (fitter.confirmed(frame, &found)?, found, from);
+    let mut best = (fitter.confirmed(observation, &found)?, found, from);
     // The most that is confirmed of any other place.
     let mut next = 0.0_f64;
     for hops in 0..=MAX_HOPS {
-        let mut around: Option<(f64, CoarseFit, CoarseStart<'a>)> = None;
+        let mut around: Option<(f64, Fitted, CoarseStart<'a>)> = None;
         for like in self_similarities {
             let from = best.2.moved(like);
             if from.measured.len() < MIN_MEASUREMENTS {
                 continue;
             }
-            let found = fitter.fit(frame, &from, blurs)?;
+            let found = fitter.fit(observation, &from, blurs)?;
             if is_same_place(&found, &best.1, side) {
                 continue;
             }
-            let confirmed = fitter.confirmed(frame, &found)?;
+            let confirmed = fitter.confirmed(observation, &found)?;
             let is_another = around
                 .as_ref()
                 .is_some_and(|around| !is_same_place(&found, &around.1, side));
@@ -80,7 +80,7 @@ pub(super) fn best_of_mode_hops<'a>(
 }
 
 /// Whether two coarse meshes lie on each other: then one has slid back.
-fn is_same_place(a: &CoarseFit, b: &CoarseFit, side: f64) -> bool {
+fn is_same_place(a: &Fitted, b: &Fitted, side: f64) -> bool {
     let apart = a
         .vertices
         .iter()
@@ -97,7 +97,7 @@ mod tests {
     use crate::fitting::options::FitOptions;
     use crate::fitting::self_similarity::self_similarities;
     use crate::fitting::start::Start;
-    use crate::image::Picture;
+    use crate::image::{GreyImage, Picture};
     use crate::maps::raster::VisibleSurface;
     use crate::mesh::Template;
     use glam::{DVec2, DVec3};
@@ -142,9 +142,10 @@ mod tests {
         let start = Start::Maps(maps);
         let right = fitter.start(&start, &camera).unwrap().unwrap();
         let wrong = right.moved(&shift(1.0));
-        let found = fitter.fit((&grey, &camera), &wrong, &[3.0]).unwrap();
+        let observation = Observation::new(&grey, &camera).unwrap();
+        let found = fitter.fit(observation, &wrong, &[3.0]).unwrap();
         let (back, best) = (shift(-1.0), (found, wrong));
-        let (.., ambiguity) = best_of_mode_hops(&mut fitter, &[back; 2], (&grey, &camera), best, &[3.0]).unwrap();
+        let (.., ambiguity) = best_of_mode_hops(&mut fitter, &[back; 2], observation, best, &[3.0]).unwrap();
         assert!(ambiguity.unwrap() < 0.95, "{ambiguity:?}");
     }
 }

@@ -1,7 +1,7 @@
 //! What is printed on the template, as a camera sees it.
 
 use crate::image::{ContrastNormalizedImage, GreyMipmap, Part};
-use crate::maps::erode;
+use crate::maps::{Maps, erode};
 use crate::maps::raster::VisibleSurface;
 use crate::mesh::{SurfacePoint, Template};
 use crate::solver::TexturePoint;
@@ -10,6 +10,7 @@ use crate::solver::TexturePoint;
 const SHORTEST_SIDE: usize = 8;
 
 /// The template's texture in grey, with its mipmap.
+#[derive(Debug)]
 pub(crate) struct Print {
     mipmap: GreyMipmap,
     texels_per_mm: f64,
@@ -47,22 +48,23 @@ pub(crate) struct Drawing {
 }
 
 impl Drawing {
-    /// Draws the front of `surface` and `border` pixels around it; `seen` says which pixels (column, row) may be compared.
+    /// Draws the front of `surface` and `border` pixels around it; only pixels in the mask of `seen` may be compared, if it is given.
     /// Those within `margin` pixels of others are left out: there a mesh that is a little off would be compared with what
     /// lies beside the object, and creep out over it. Points stand `step` pixels apart; without it there are none.
     pub(crate) fn new(
         print: &Print,
         surface: &VisibleSurface,
-        seen: impl Fn(usize, usize) -> bool,
+        seen: Option<&Maps>,
         (border, margin): (usize, usize),
         step: Option<usize>,
     ) -> Self {
         let (camera, window) = (surface.camera(), surface.window());
         // The pixel beside the window says that there the mesh ends.
         let part = Part::around(&window.columns, &window.rows, border.max(1), camera.size());
+        let is_seen = |column: usize, row: usize| seen.is_none_or(|maps| maps.inside(row * maps.width() + column));
         let mut mask = vec![0.0; part.area()];
         for (column, row, ..) in surface.front() {
-            if let Some(pixel) = part.index(column, row).filter(|_| seen(column, row)) {
+            if let Some(pixel) = part.index(column, row).filter(|_| is_seen(column, row)) {
                 mask[pixel] = 1.0;
             }
         }
@@ -122,10 +124,12 @@ mod tests {
         let print = Print::of(&template);
         let picture = Picture::from_fn(480, 270, |x, y| [((7 * x + y * y) % 249) as u8; 3]);
         let (grey, blur) = (GreyImage::of(&picture), 1.5);
+        let mut seen = surface.maps();
+        (0..270).for_each(|y| (0..=10).for_each(|x| seen.clear(480 * y + x)));
         let drawn = |border: usize| {
-            let drawing = Drawing::new(&print, &surface, |x, _| x > 10, (border, 3), Some(3));
+            let drawing = Drawing::new(&print, &surface, Some(&seen), (border, 3), Some(3));
             let normalizer = ContrastNormalizer::new(drawing.mask.clone(), drawing.part, camera.size(), blur, 8.0);
-            let image = normalizer.normalize(drawing.part.of(&grey.values, grey.width));
+            let image = normalizer.normalize(drawing.part.of(&grey));
             let points = drawing.points(&normalizer.normalize(drawing.print.iter().copied()));
             (drawing, image, points)
         };

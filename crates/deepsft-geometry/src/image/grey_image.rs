@@ -1,12 +1,12 @@
 //! Grey images.
 
+use super::image_size::ImageSize;
 use super::picture::Picture;
 
 /// A grey image, row-major, 0..=255.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct GreyImage {
-    pub width: usize,
-    pub height: usize,
+    pub size: ImageSize,
     pub values: Vec<f32>,
 }
 
@@ -20,24 +20,21 @@ impl GreyImage {
     pub fn of_into(picture: &Picture, mut values: Vec<f32>) -> Self {
         values.clear();
         values.extend(picture.rgb().as_chunks().0.iter().map(|&c| luma(c)));
-        Self {
-            width: picture.width(),
-            height: picture.height(),
-            values,
-        }
+        let size = picture.size();
+        Self { size, values }
     }
 
     /// The image at half the size (rounded down), each pixel the mean of the four that it covers; in memory that is there already.
     pub fn halved_into(&self, mut values: Vec<f32>) -> Self {
-        let (width, height) = (self.width / 2, self.height / 2);
+        let (width, size) = (self.size.width, self.size.halved());
         values.clear();
-        values.reserve_exact(width * height);
-        for rows in self.values.chunks_exact(2 * self.width.max(1)) {
-            let (above, below) = rows.split_at(self.width);
+        values.reserve_exact(size.area());
+        for rows in self.values.chunks_exact(2 * width.max(1)) {
+            let (above, below) = rows.split_at(width);
             let pairs = above.as_chunks::<2>().0.iter().zip(below.as_chunks::<2>().0);
             values.extend(pairs.map(|([a, b], [c, d])| 0.25 * ((a + b) + (c + d))));
         }
-        Self { width, height, values }
+        Self { size, values }
     }
 }
 
@@ -53,13 +50,9 @@ mod tests {
     #[test]
     fn halving_takes_the_mean_of_four_and_leaves_out_an_odd_last_row_and_column() {
         let values = (1..16).map(|k| (k * k) as f32).collect();
-        let half = GreyImage {
-            width: 5,
-            height: 3,
-            values,
-        }
-        .halved_into(vec![7.0; 3]);
-        assert_eq!((half.width, half.height), (2, 1));
+        let size = (5, 3).into();
+        let half = GreyImage { size, values }.halved_into(vec![7.0; 3]);
+        assert_eq!(half.size, (2, 1).into());
         assert_eq!(
             half.values,
             [(1 + 4 + 36 + 49) as f32 / 4.0, (9 + 16 + 64 + 81) as f32 / 4.0]

@@ -23,6 +23,11 @@ impl ImageSize {
         self.height > self.width
     }
 
+    /// Half the size, rounded down.
+    pub(crate) fn halved(self) -> Self {
+        (self.width / 2, self.height / 2).into()
+    }
+
     /// Width and height as a vector: the corner opposite to the origin.
     pub fn as_dvec2(self) -> DVec2 {
         DVec2::new(self.width as f64, self.height as f64)

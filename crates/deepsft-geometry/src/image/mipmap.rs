@@ -1,6 +1,7 @@
 //! A picture at halving sizes.
 
 use super::grey_image::GreyImage;
+use super::image_size::ImageSize;
 use super::picture::Picture;
 use glam::DVec2;
 
@@ -83,13 +84,14 @@ impl GreyLevel {
     /// Bilinear grey value in 0..=255 at texture position (u, v); edges are repeated.
     pub fn sample(&self, [u, v]: [f32; 2]) -> f32 {
         let (image, [columns, rows]) = (&self.image, self.extent);
-        let x = (u * columns - 0.5).clamp(0.0, (image.width - 1) as f32);
-        let y = (v * rows - 0.5).clamp(0.0, (image.height - 1) as f32);
+        let ImageSize { width, height } = image.size;
+        let x = (u * columns - 0.5).clamp(0.0, (width - 1) as f32);
+        let y = (v * rows - 0.5).clamp(0.0, (height - 1) as f32);
         let (column, row) = (x as usize, y as usize);
         let (a, b) = (x - column as f32, y - row as f32);
-        let right = (column + 1).min(image.width - 1);
-        let below = (row + 1).min(image.height - 1) * image.width;
-        let row = row * image.width;
+        let right = (column + 1).min(width - 1);
+        let below = (row + 1).min(height - 1) * width;
+        let row = row * width;
         let value = |i: usize| image.values[i];
         let top = value(row + column) * (1.0 - a) + value(row + right) * a;
         let bottom = value(below + column) * (1.0 - a) + value(below + right) * a;

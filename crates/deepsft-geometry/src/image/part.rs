@@ -1,5 +1,6 @@
 //! Rectangles of images.
 
+use super::grey_image::GreyImage;
 use super::image_size::ImageSize;
 use std::ops::Range;
 
@@ -51,12 +52,12 @@ impl Part {
         (x < self.width && y < self.height).then(|| y * self.width + x)
     }
 
-    /// The values of the rectangle in an `image` with rows of `width`.
-    pub fn of<'a>(&self, image: &'a [f32], width: usize) -> impl Iterator<Item = f32> + 'a {
+    /// The values of the rectangle in an `image`.
+    pub fn of<'a>(&self, image: &'a GreyImage) -> impl Iterator<Item = f32> + 'a {
         let Self {
             left, width: columns, ..
         } = *self;
-        let rows = image.chunks_exact(width.max(1)).skip(self.top).take(self.height);
+        let rows = image.values.chunks_exact(image.size.width.max(1)).skip(self.top).take(self.height);
         rows.flat_map(move |row| row[left..left + columns].iter().copied())
     }
 }

@@ -184,18 +184,13 @@ impl Window {
 }
 
 /// The nearest triangle at one sample position in every pixel of a window.
+#[derive(Debug)]
 pub struct Visibility {
     window: Window,
     offset: DVec2,
     /// Triangle index of each pixel of the window, [`Visibility::NONE`] where nothing is seen.
     triangle: Vec<u32>,
     inverse_depth: Vec<f32>,
-}
-
-impl std::fmt::Debug for Visibility {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Visibility").finish_non_exhaustive()
-    }
 }
 
 impl Visibility {
@@ -262,19 +257,12 @@ impl Visibility {
 }
 
 /// The surface of a mesh that a camera sees at its pixel centres.
+#[derive(Debug)]
 pub struct VisibleSurface {
     triangles: Vec<Option<ImageTriangle>>,
     window: Window,
     centres: Visibility,
     camera: Camera,
-}
-
-impl std::fmt::Debug for VisibleSurface {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("VisibleSurface")
-            .field("camera", &self.camera)
-            .finish_non_exhaustive()
-    }
 }
 
 impl VisibleSurface {

@@ -21,6 +21,12 @@ impl SurfacePoint {
     pub fn position(&self, faces: &[[usize; 3]], vertices: &[DVec3]) -> DVec3 {
         weighted(self.barycentric, faces[self.face].map(|v| vertices[v]))
     }
+
+    /// The value there of a function that is linear on each face and has these `values` at the vertices.
+    pub(crate) fn interpolated(&self, faces: &[[usize; 3]], values: &[f32]) -> f64 {
+        let corners = faces[self.face].iter().zip(self.barycentric);
+        corners.map(|(&v, w)| w * f64::from(values[v])).sum()
+    }
 }
 
 fn weighted(weights: [f64; 3], [a, b, c]: [DVec3; 3]) -> DVec3 {

@@ -57,7 +57,7 @@ pub fn measure(bundle: &ModelBundle) -> Result<MeshTimes> {
         tracker.follow(k as u64, k as f64, image, &camera)?;
         let mut ms = 0.0;
         let answer = timed(&mut ms, || -> Result<TrackUpdate> {
-            let seen = fitter.placed(&camera, &Start::Maps(maps.clone()))?;
+            let seen = fitter.initial_mesh(&camera, &Start::Maps(maps.clone()))?;
             Ok(tracker.update(k as u64, seen.as_deref())?)
         })?;
         ensure!(
@@ -75,7 +75,7 @@ pub fn measure(bundle: &ModelBundle) -> Result<MeshTimes> {
                 .map(|t| t.surface.is_some())
         })?;
         if k == 0 {
-            let seen = fitter.placed(&camera, &Start::Maps(maps[0].clone()))?;
+            let seen = fitter.initial_mesh(&camera, &Start::Maps(maps[0].clone()))?;
             tracker.update(0, seen.as_deref())?;
         } else {
             ensure!(found, "the tracker lost frame {k} of the clip");

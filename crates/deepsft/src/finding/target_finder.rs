@@ -116,7 +116,7 @@ impl TargetFinder {
             };
             self.prepare()?;
             let vertices_camera = match &start {
-                Start::Maps(_) => self.fitter()?.placed(camera, &start)?,
+                Start::Maps(_) => self.fitter()?.initial_mesh(camera, &start)?,
                 Start::Mesh(_) => self.confirmed(view, camera, &start)?,
             };
             let maps = match start {

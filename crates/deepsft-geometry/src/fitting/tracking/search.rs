@@ -22,7 +22,7 @@ const MIN_FRACTION: f64 = 0.5;
 /// compared as means of cells, so blur and what bends in between hardly matter, and by correlation, so light does not.
 /// Zero when there is too little to compare. The three are of one size.
 pub(crate) fn best_shift(drawn: &GreyImage, mask: &[f32], image: &GreyImage) -> DVec2 {
-    let (columns, rows) = (image.width / CELL_PX, image.height / CELL_PX);
+    let [columns, rows] = [image.size.width, image.size.height].map(|side| side / CELL_PX);
     let seen = cells(image, None);
     let cells: Vec<(isize, isize, f64)> = cells(drawn, Some(mask))
         .into_iter()
@@ -66,12 +66,12 @@ pub(crate) fn best_shift(drawn: &GreyImage, mask: &[f32], image: &GreyImage) -> 
 
 /// Mean of each whole cell, row-major, over the pixels where `mask` is above 0; `None` where that is too little.
 fn cells(image: &GreyImage, mask: Option<&[f32]>) -> Vec<Option<f64>> {
-    let (columns, rows) = (image.width / CELL_PX, image.height / CELL_PX);
+    let [columns, rows] = [image.size.width, image.size.height].map(|side| side / CELL_PX);
     let mean = |cell: usize| {
         let (left, top) = (cell % columns * CELL_PX, cell / columns * CELL_PX);
         let (mut sum, mut weight) = (0.0_f32, 0.0_f32);
         for y in top..top + CELL_PX {
-            for pixel in y * image.width + left..y * image.width + left + CELL_PX {
+            for pixel in (y * image.size.width + left..).take(CELL_PX) {
                 if mask.is_none_or(|mask| mask[pixel] > 0.0) {
                     sum += image.values[pixel];
                     weight += 1.0;
@@ -106,8 +106,7 @@ mod tests {
 
     fn grey(value: impl Fn(f64, f64) -> f32) -> GreyImage {
         GreyImage {
-            width: 480,
-            height: 270,
+            size: (480, 270).into(),
             values: (0..480 * 270)
                 .map(|p| value((p % 480) as f64, (p / 480) as f64))
                 .collect(),

@@ -3,39 +3,32 @@
 use super::options::TrackingOptions;
 use super::search::best_shift;
 use super::tracked::{TrackUpdate, Tracked};
-use super::tracker_image::{HalvedPair, TrackerImage};
+use super::tracker_image::TrackerImage;
 use crate::camera::Camera;
-use crate::error::{GeometryError, check_size};
+use crate::error::GeometryError;
 use crate::fitting::coarse_fitter::{CoarseFitter, CoarseStart};
-use crate::fitting::correlation::Correlation;
 use crate::fitting::measurements::Measurement;
-use crate::fitting::mesh_fitter::{FitRound, Resolution, check_blurs, window_of};
+use crate::fitting::mesh_fitter::{FitRound, Fitted, check_blurs};
+use crate::fitting::observation::Observation;
 use crate::fitting::print::Drawing;
 use crate::fitting::start::Start;
 use crate::image::{GreyImage, Picture};
 use crate::maps::raster::VisibleSurface;
-use crate::mesh::{SurfacePoint, Template};
+use crate::mesh::Template;
 use crate::surface::Surface;
 use glam::DVec3;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-/// A frame and the mesh in it, if it was followed there.
+/// A frame and the coarse mesh in it, if it was followed there.
+#[derive(Debug)]
 struct RememberedFrame {
     frame: u64,
     time_s: f64,
     camera: Camera,
     image: TrackerImage,
-    mesh: Option<TrackedMesh>,
-}
-
-/// The coarse mesh and how the image confirms it.
-#[derive(Clone)]
-struct TrackedMesh {
-    vertices: Vec<DVec3>,
-    correlation: Correlation,
-    iterations: usize,
-    /// Left standing in a frame that was missed.
+    mesh: Option<Fitted>,
+    /// Whether the frame was missed and the mesh left standing.
     held: bool,
 }
 
@@ -44,6 +37,7 @@ struct TrackedMesh {
 /// Give it every frame ([`follow`](Self::follow)) and, whenever a finder has one, its mesh in an earlier frame
 /// ([`update`](Self::update)). The image must be a canonical one. From frame to frame the view may be zoomed (another focal length,
 /// [`CanonicalViews`](crate::CanonicalViews)); any other change of the camera starts the video afresh.
+#[derive(Debug)]
 pub struct Tracker {
     fitter: CoarseFitter,
     options: TrackingOptions,
@@ -56,16 +50,6 @@ pub struct Tracker {
     /// or on something else.
     searched: Option<u64>,
     current: Tracked,
-}
-
-impl std::fmt::Debug for Tracker {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Tracker")
-            .field("options", &self.options)
-            .field("camera", &self.camera())
-            .field("current", &self.current)
-            .finish_non_exhaustive()
-    }
 }
 
 impl Tracker {
@@ -138,8 +122,7 @@ impl Tracker {
         image: &TrackerImage,
         camera: &Camera,
     ) -> Result<&Tracked, GeometryError> {
-        let HalvedPair { whole, .. } = &*image.0;
-        check_size((whole.width, whole.height), camera.size())?;
+        Observation::new(&image.0.whole, camera)?;
         let goes_on = self
             .frames
             .back()
@@ -153,25 +136,22 @@ impl Tracker {
             camera: *camera,
             image: image.clone(),
             mesh: None,
+            held: false,
         });
         while self.frames.len() > self.options.memory.max(2) {
             self.spare = self.frames.pop_front().map(|forgotten| forgotten.image);
         }
         let newest = self.frames.len() - 1;
-        if self.current.surface.is_some() {
-            let last = self.frames[newest.saturating_sub(1)].mesh.clone();
-            match last {
-                Some(last) if newest > 0 => {
-                    let mesh = self.advance(newest, &last)?;
-                    self.take(newest, mesh, last);
-                }
-                _ => self.lose(),
-            }
-        } else {
+        if self.current.surface.is_none() {
             self.current = Tracked {
                 frame,
                 ..Tracked::default()
             };
+        } else if let Some(last) = newest.checked_sub(1).and_then(|last| self.frames[last].mesh.clone()) {
+            let mesh = self.advance(newest, &last)?;
+            self.take(newest, mesh, last);
+        } else {
+            self.lose();
         }
         Ok(&self.current)
     }
@@ -210,7 +190,7 @@ impl Tracker {
         let meshes = candidate?;
         let (reached, points) = meshes
             .last()
-            .map_or((0.0, 0), |mesh| (mesh.correlation.whole, mesh.correlation.points));
+            .map_or((0.0, 0), |Fitted { correlation, .. }| (correlation.whole, correlation.points));
         if was_found && reached <= self.correlation() {
             self.searched = None;
             return Ok(TrackUpdate::Confirmed);
@@ -222,13 +202,11 @@ impl Tracker {
         let newest = self.frames.len() - 1;
         // Meshes of an earlier track tell nothing of this one's speed.
         self.frames.iter_mut().take(index).for_each(|frame| frame.mesh = None);
-        for (remembered, mesh) in self.frames.iter_mut().skip(index).zip(&meshes) {
-            remembered.mesh = Some(mesh.clone());
+        for (remembered, mesh) in self.frames.iter_mut().skip(index).zip(meshes) {
+            (remembered.mesh, remembered.held) = (Some(mesh), false);
         }
         self.missed = 0;
-        if let Some(mesh) = meshes.into_iter().last() {
-            self.show(newest, mesh);
-        }
+        self.show(newest);
         Ok(if was_found {
             TrackUpdate::Restarted
         } else {
@@ -285,22 +263,15 @@ impl Tracker {
         index: usize,
         start: &CoarseStart<'_>,
         camera: &Camera,
-    ) -> Result<Vec<TrackedMesh>, GeometryError> {
+    ) -> Result<Vec<Fitted>, GeometryError> {
         let image = Arc::clone(&self.frames[index].image.0);
         let blurs = self.fitter.options.blurs.clone();
-        let fitted = self.fitter.fit((&image.whole, camera), start, &blurs)?;
-        let mut meshes = vec![TrackedMesh {
-            vertices: fitted.vertices,
-            correlation: fitted.correlation,
-            iterations: fitted.iterations,
-            held: false,
-        }];
+        let observation = Observation::new(&image.whole, camera)?;
+        let mut meshes = vec![self.fitter.fit(observation, start, &blurs)?];
         for later in index + 1..self.frames.len() {
-            let before = later
-                .checked_sub(index + 2)
-                .map(|k| (&self.frames[later - 2], &meshes[k]));
             let last = &meshes[later - index - 1];
-            let start = self.predicted(later, last, before);
+            let before = later.checked_sub(index + 2).map(|k| &meshes[k].vertices[..]);
+            let start = self.predicted(later, &last.vertices, before);
             let mesh = self.fitted(later, start, &last.clone())?;
             meshes.push(mesh);
         }
@@ -308,40 +279,36 @@ impl Tracker {
     }
 
     /// The mesh of frame `index` from those of the frames before, the last of them `last`.
-    fn advance(&mut self, index: usize, last: &TrackedMesh) -> Result<TrackedMesh, GeometryError> {
-        let before = index.checked_sub(2).map(|k| &self.frames[k]);
-        let before = before.and_then(|frame| Some((frame, frame.mesh.as_ref()?)));
-        let start = self.predicted(index, last, before);
+    fn advance(&mut self, index: usize, last: &Fitted) -> Result<Fitted, GeometryError> {
+        let is_held = self.frames[index - 1].held;
+        let before = index.checked_sub(2).map(|before| &self.frames[before]);
+        let before = before.filter(|before| !is_held && !before.held);
+        let before = before.and_then(|before| Some(&before.mesh.as_ref()?.vertices[..]));
+        let start = self.predicted(index, &last.vertices, before);
         self.fitted(index, start, last)
     }
 
-    /// Where the mesh should be in frame `index` if it moves on.
-    fn predicted(
-        &self,
-        index: usize,
-        last: &TrackedMesh,
-        before: Option<(&RememberedFrame, &TrackedMesh)>,
-    ) -> Vec<DVec3> {
-        let known = |(_, mesh): &(&RememberedFrame, &TrackedMesh)| self.missed == 0 && !mesh.held && !last.held;
-        let Some((earlier, before)) = before.filter(known) else {
-            return last.vertices.clone();
+    /// Where the mesh should be in frame `index` if it moves on, from those in the two frames before it.
+    fn predicted(&self, index: usize, last: &[DVec3], before: Option<&[DVec3]>) -> Vec<DVec3> {
+        let Some(before) = before.filter(|_| self.missed == 0) else {
+            return last.to_vec();
         };
         let now = self.frames[index].time_s - self.frames[index - 1].time_s;
-        let then = self.frames[index - 1].time_s - earlier.time_s;
+        let then = self.frames[index - 1].time_s - self.frames[index - 2].time_s;
         let fraction = self.options.persistence * (now / then).min(2.0);
         let step = |(p, q): (&DVec3, &DVec3)| p + fraction * (p - q);
-        last.vertices.iter().zip(&before.vertices).map(step).collect()
+        last.iter().zip(before).map(step).collect()
     }
 
     /// The mesh fitted to frame `index` from `start`; when the image does not confirm it, in wider steps from where `last`
     /// looks most like the image when it is shifted.
-    fn fitted(&mut self, index: usize, start: Vec<DVec3>, last: &TrackedMesh) -> Result<TrackedMesh, GeometryError> {
-        let first = self.fitted_in((&self.options.blurs.clone(), false), index, start, last)?;
+    fn fitted(&mut self, index: usize, start: Vec<DVec3>, last: &Fitted) -> Result<Fitted, GeometryError> {
+        let first = self.fitted_in(false, index, start, last)?;
         if first.correlation.whole >= self.options.start_correlation.min(0.8 * last.correlation.whole) {
             return Ok(first);
         }
         let shifted = self.shifted(index, &last.vertices);
-        let mut second = self.fitted_in((&self.options.wide_blurs.clone(), true), index, shifted, last)?;
+        let mut second = self.fitted_in(true, index, shifted, last)?;
         second.iterations += first.iterations;
         Ok(if second.correlation.whole > first.correlation.whole {
             self.searched.get_or_insert(self.frames[index].frame);
@@ -358,7 +325,7 @@ impl Tracker {
         let fit = &mut self.fitter.mesh_fitter;
         let surface = VisibleSurface::new(&fit.coarse.mesh, vertices, camera);
         let grey = &image.0.whole;
-        let drawing = Drawing::new(&fit.print, &surface, |_, _| true, (0, MARGIN_PX), None);
+        let drawing = Drawing::new(&fit.print, &surface, None, (0, MARGIN_PX), None);
         // In the whole image.
         let mut print = GreyImage {
             values: vec![0.0; grey.values.len()],
@@ -366,7 +333,7 @@ impl Tracker {
         };
         let mut mask = print.values.clone();
         for (index, (column, row)) in drawing.part.pixels().enumerate() {
-            let pixel = row * grey.width + column;
+            let pixel = row * grey.size.width + column;
             (print.values[pixel], mask[pixel]) = (drawing.print[index], drawing.mask[index]);
         }
         let shift = best_shift(&print, &mask, grey);
@@ -378,61 +345,47 @@ impl Tracker {
     /// The mesh fitted to frame `index` from `start`, round by round; `wide` where it may be far off.
     fn fitted_in(
         &mut self,
-        (blurs, wide): (&[f32], bool),
+        wide: bool,
         index: usize,
         start: Vec<DVec3>,
-        last: &TrackedMesh,
-    ) -> Result<TrackedMesh, GeometryError> {
-        let camera = self.frames[index].camera;
-        let image = Arc::clone(&self.frames[index].image.0);
+        last: &Fitted,
+    ) -> Result<Fitted, GeometryError> {
+        let RememberedFrame { camera, image, .. } = &self.frames[index];
         let half_camera = camera.halved()?;
-        let mut mesh = TrackedMesh {
-            vertices: start,
-            correlation: Correlation::default(),
-            iterations: 0,
-            held: false,
+        let whole = Observation::new(&image.0.whole, camera)?;
+        let half = Observation::new(&image.0.half, &half_camera)?;
+        let options = &self.options;
+        let (blurs, earlier_steps) = if wide {
+            (&options.wide_blurs, WIDE_STEPS)
+        } else {
+            (&options.blurs, EARLIER_STEPS)
         };
-        let fit = &mut self.fitter.mesh_fitter;
-        let faces = fit.coarse.mesh.faces().to_vec();
-        // What lies before the sheet hides it in the next frame too; after a miss all may have changed.
-        let anything = self.missed > 0;
-        let trusted = |point: &SurfacePoint| {
-            let corners = faces[point.face].iter().zip(point.barycentric);
-            let confidence: f64 = corners
-                .map(|(&v, w)| w * f64::from(last.correlation.confidence[v]))
-                .sum();
-            anything || confidence > HIDDEN
-        };
+        let mut mesh = Fitted::unmoved(start);
         for (k, &blur) in blurs.iter().enumerate() {
             let is_last = k + 1 == blurs.len();
-            let is_half = !wide && !is_last && blur >= HALVED_BLUR_PX;
-            let (frame, pixel) = match is_half {
-                true => ((&image.half, &half_camera), 2),
-                false => ((&image.whole, &camera), 1),
-            };
             let round = FitRound {
-                resolution: Resolution::Coarse,
-                blur: blur / pixel as f32,
-                window: window_of(blur) / pixel as f32,
-                margin: MARGIN_PX / pixel,
-                rigid_steps: if k == 0 { self.options.rigid_steps } else { 0 },
-                steps: match (is_last, wide) {
-                    (true, _) => self.options.steps,
-                    (false, true) => WIDE_STEPS,
-                    (false, false) => EARLIER_STEPS,
-                },
+                margin: MARGIN_PX,
+                rigid_steps: if k == 0 { options.rigid_steps } else { 0 },
                 is_near: !wide,
+                // What lies before the sheet hides it in the next frame too; after a miss all may have changed.
+                trusted: (self.missed == 0).then_some((&last.correlation.confidence, HIDDEN)),
+                ..FitRound::new(blur, if is_last { options.steps } else { earlier_steps })
             };
-            let fitted = fit.round(frame, &mesh.vertices, &round, |_, _| true, trusted, &[])?;
-            mesh.vertices = fitted.vertices;
-            mesh.iterations += fitted.report.iterations;
-            mesh.correlation = fitted.correlation;
+            let (observation, round) = if !wide && !is_last && blur >= HALVED_BLUR_PX {
+                (half, round.halved())
+            } else {
+                (whole, round)
+            };
+            let before = mesh.iterations;
+            let fit = &mut self.fitter.mesh_fitter;
+            mesh = fit.round(observation, &mesh.vertices, &round, &[])?;
+            mesh.iterations += before;
         }
         Ok(mesh)
     }
 
     /// Makes `mesh` that of the newest frame, or counts a miss.
-    fn take(&mut self, newest: usize, mesh: TrackedMesh, last: TrackedMesh) {
+    fn take(&mut self, newest: usize, mesh: Fitted, last: Fitted) {
         let in_view = mesh.correlation.points >= self.options.min_points;
         // What was searched for has found something that looks like the sheet: that is a start, until the network confirms it.
         let enough = if self.searched.is_some() {
@@ -443,9 +396,8 @@ impl Tracker {
         let confirmed = mesh.correlation.whole >= enough && in_view;
         if confirmed {
             self.missed = 0;
-            self.frames[newest].mesh = Some(mesh.clone());
-            self.show(newest, mesh);
-            return;
+            self.frames[newest].mesh = Some(mesh);
+            return self.show(newest);
         }
         self.missed += 1;
         let confirmed_s = self.frames[newest.saturating_sub(self.missed)].time_s;
@@ -459,28 +411,27 @@ impl Tracker {
             return;
         }
         // Stand still: the next frame may show it again.
-        let held = TrackedMesh {
-            vertices: last.vertices,
-            held: true,
-            ..mesh
-        };
-        self.frames[newest].mesh = Some(held.clone());
-        self.show(newest, held);
+        let vertices = last.vertices;
+        self.frames[newest].mesh = Some(Fitted { vertices, ..mesh });
+        self.frames[newest].held = true;
+        self.show(newest);
     }
 
-    fn show(&mut self, index: usize, mesh: TrackedMesh) {
+    /// Makes the mesh of frame `index` the current one.
+    fn show(&mut self, index: usize) {
+        let remembered = &self.frames[index];
+        let Some(mesh) = &remembered.mesh else { return };
         let fit = &self.fitter.mesh_fitter;
-        let RememberedFrame { frame, camera, .. } = self.frames[index];
         self.current = Tracked {
-            frame,
+            frame: remembered.frame,
             surface: Some(Surface {
-                camera,
+                camera: remembered.camera,
                 vertices_camera: fit.fine_vertices(&mesh.vertices),
                 confidence: fit.fine_confidence(&mesh.correlation.confidence),
                 is_hidden: Vec::new(),
                 verdict: mesh.correlation.verdict(None),
             }),
-            held: mesh.held,
+            held: remembered.held,
             iterations: mesh.iterations,
         };
     }
@@ -495,7 +446,7 @@ impl Tracker {
     }
 }
 
-/// Pixels inside the drawn mesh's silhouette that are not compared: a mesh that is a little off would see what lies
+/// Pixels of the canonical image inside the drawn mesh's silhouette that are not compared: a mesh that is a little off would see what lies
 /// beside the sheet there, and creep out over it.
 const MARGIN_PX: usize = 2;
 
@@ -505,7 +456,7 @@ const EARLIER_STEPS: usize = 1;
 /// The same where the mesh may be far off: they have to bend it too, on the whole image.
 const WIDE_STEPS: usize = 2;
 
-/// Blur from which rounds look at the image at half the size.
+/// Blur, pixels of the canonical image, from which rounds look at the image at half the size.
 const HALVED_BLUR_PX: f32 = 3.0;
 
 /// Missed frames in a row that end a track at the earliest: one alone may be a flash.

@@ -4,6 +4,7 @@ use crate::image::{GreyImage, Picture};
 use std::sync::Arc;
 
 /// An image at two sizes.
+#[derive(Debug)]
 pub(super) struct HalvedPair {
     pub whole: GreyImage,
     /// For the rounds that blur so much that it shows as much.
@@ -12,14 +13,8 @@ pub(super) struct HalvedPair {
 
 /// A canonical image as trackers take it. Made once, it serves the trackers of all targets in a video: each remembers the last
 /// [`memory`](super::TrackingOptions::memory) images.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub struct TrackerImage(pub(super) Arc<HalvedPair>);
-
-impl std::fmt::Debug for TrackerImage {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("TrackerImage").finish_non_exhaustive()
-    }
-}
 
 impl TrackerImage {
     /// Of a canonical image.
