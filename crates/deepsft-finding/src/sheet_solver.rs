@@ -81,7 +81,7 @@ impl SheetSolver {
         Ok(if soft {
             self.sheet.solve_by_continuation(&[&data], start.to_vec(), STEPS)?
         } else {
-            self.sheet.solve(&[&data], start, STEPS)?.0
+            self.sheet.solve(&[&data], start, STEPS, false)?.vertices
         })
     }
 

@@ -38,22 +38,6 @@ pub enum GeometryError {
         /// Size of the picture.
         size: ImageSize,
     },
-    /// A measurement names a vertex that is not there.
-    #[error("measurement of vertex {vertex}, expected one of the mesh's {vertices} (from 0)")]
-    VertexIndex {
-        /// The vertex it names.
-        vertex: usize,
-        /// Number of vertices.
-        vertices: usize,
-    },
-    /// A measurement names a face that is not there.
-    #[error("measurement on face {face}, expected one of the mesh's {faces} (from 0)")]
-    FaceOutOfRange {
-        /// The face it names.
-        face: usize,
-        /// Number of faces.
-        faces: usize,
-    },
     /// A weight, deviation or robust scale is not a number it can be.
     #[error(
         "{term} has a weight or scale of {actual}, expected a finite number that is not negative (scales: positive)"
@@ -90,20 +74,14 @@ pub enum GeometryError {
         term: &'static str,
     },
     /// No vertex is visible: nothing says where the object is.
-    #[error("no vertex is visible ({ignored} points are not finite)")]
+    #[error("no vertex is visible ({ignored} points cannot be used)")]
     NoVisibleVertex {
-        /// Points left out because they are not finite.
+        /// Points left out because they are not finite or of a vertex that is not there.
         ignored: usize,
     },
-    /// A matrix that must be positive definite is not, numerically.
-    #[error("system of {unknowns} unknowns is numerically singular")]
+    /// A matrix that must be positive definite is not, numerically, or its factorisation does not fit into memory.
+    #[error("system of {unknowns} unknowns is numerically singular or too large")]
     Singular {
-        /// Number of unknowns.
-        unknowns: usize,
-    },
-    /// The symbolic factorisation did not fit into memory.
-    #[error("factorisation of {unknowns} unknowns does not fit into memory")]
-    OutOfMemory {
         /// Number of unknowns.
         unknowns: usize,
     },

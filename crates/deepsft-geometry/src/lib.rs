@@ -48,7 +48,7 @@ pub use completion::{
 pub use error::{GeometryError, check_size};
 pub use fitting::tracking;
 pub use glam;
-pub use image::{GreyMipmap, ImageSize, MipLevel, Picture, luma, turned_clockwise};
+pub use image::{GreyMipmap, ImageSize, MipLevel, Picture, Region, luma, turned_clockwise};
 pub use maps::{
     ColorMatch, ColorResponse, Maps, OUTSIDE, draw_template, metrics, mipmap_level, photo_consistency_error, raster,
     relit_photo_consistency_error, remove_islands, visible_surface,

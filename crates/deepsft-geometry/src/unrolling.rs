@@ -1,7 +1,7 @@
 //! A scanned sheet laid flat.
 
 use crate::error::GeometryError;
-use crate::image::Picture;
+use crate::image::{MipLevel, Picture};
 use crate::mesh::{SurfaceLocator, Template, Topology, TriangleMesh, Welding};
 use crate::solver::cholesky::SparseCholesky;
 use crate::template_error::TemplateError;
@@ -358,7 +358,7 @@ fn flat_picture(template: &Template, welding: &Welding, flat: &[DVec2], size: DV
         flat.iter().map(|p| *p / size).collect(),
         welding.mesh().faces().to_vec(),
     )?;
-    let mut texture = template.texture().clone();
+    let texture = template.texture();
     let used: f64 = faces
         .iter()
         .map(|face| {
@@ -373,14 +373,12 @@ fn flat_picture(template: &Template, welding: &Welding, flat: &[DVec2], size: DV
         .min(LONGEST_SIDE / size.max_element());
     let side = |length: f64| ((length * per_mm).round() as usize).max(1);
     let (width, height) = (side(size.x), side(size.y));
-    // No texel is passed over where the picture is coarser.
-    let mut texels_per_pixel = (texels / (width * height) as f64).sqrt();
-    while texels_per_pixel > 1.5 && texture.width().min(texture.height()) > 1 {
-        texture = texture.halved();
-        texels_per_pixel /= 2.0;
-    }
+    // No texel is passed over where the picture is coarser: at most 1.5 texels a pixel.
+    let texels_per_pixel = (texels / (width * height) as f64).sqrt();
+    let most = texture.width().min(texture.height()).ilog2();
+    let halvings = (texels_per_pixel / 1.5).log2().ceil().max(0.0) as u32;
+    let texture = MipLevel::halved(texture.clone(), halvings.min(most));
     let locator = SurfaceLocator::new(&layout);
-    let texels = texture.size().as_dvec2();
     Ok(Picture::from_fn(width, height, |x, y| {
         let at = DVec2::new((x as f64 + 0.5) / width as f64, (y as f64 + 0.5) / height as f64);
         let mut inwards = (0..(1.0 / INWARDS) as usize).map(|step| at.lerp(DVec2::splat(0.5), INWARDS * step as f64));
@@ -393,7 +391,6 @@ fn flat_picture(template: &Template, welding: &Welding, flat: &[DVec2], size: DV
             .zip(point.barycentric)
             .map(|(uv, weight)| *uv * weight)
             .sum();
-        let color = texture.sample(place.x * texels.x, place.y * texels.y);
-        color.map(|value| value.round() as u8)
+        texture.sample(place).map(|value| value.round() as u8)
     }))
 }

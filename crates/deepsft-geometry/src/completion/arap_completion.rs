@@ -9,8 +9,8 @@ use super::stiffness::Stiffness;
 use super::visible_points::{VertexPoint, Visible};
 use crate::error::{GeometryError, check_start};
 use crate::mesh::{TriangleMesh, Welding};
-use crate::solver::LengthScale;
 use crate::solver::checked::{check_scale, check_weight};
+use crate::solver::mean_edge_length;
 use crate::solver::terms::arap_cells::{ArapCells, CellEnergy, Rotations};
 use crate::template_error::TemplateError;
 use glam::{DQuat, DVec3};
@@ -65,7 +65,8 @@ pub struct ArapCompletion {
     components: Components,
     matrix: Stiffness,
     quasi_newton: QuasiNewton,
-    scale: LengthScale,
+    /// Mean edge length.
+    scale: f64,
     options: CompletionOptions,
 }
 
@@ -105,7 +106,7 @@ impl ArapCompletion {
     pub fn new(template: &TriangleMesh, options: CompletionOptions) -> Result<Self, GeometryError> {
         check_scale("arap", options.arap_weight)?;
         check_weight("smoothness", options.smoothness_weight)?;
-        let scale = LengthScale::of(template)?;
+        let scale = mean_edge_length(template)?;
         let welding = Welding::of(template)?;
         let prior = ArapCells::new(welding.mesh(), options.arap_weight, options.smoothness_weight);
         // E_smooth is at most E_arap, so this matrix bounds the Hessian of both from above.
@@ -127,7 +128,7 @@ impl ArapCompletion {
     ///
     /// # Errors
     /// [`GeometryError::NoVisibleVertex`] when no point is finite and of positive weight: nothing says where
-    /// the object is. [`GeometryError::VertexIndex`], [`GeometryError::Weight`] for points that cannot be,
+    /// the object is. [`GeometryError::Weight`] for weights that cannot be,
     /// [`GeometryError::StartLength`], [`TemplateError::VertexNotFinite`] for such a start,
     /// [`GeometryError::Singular`] when weights differ so much (by 1e15) that the matrix cannot be factorised.
     pub fn complete(&mut self, points: &[VertexPoint], start: Option<&[DVec3]>) -> Result<Completion, GeometryError> {
@@ -166,7 +167,7 @@ impl ArapCompletion {
             }
         }
 
-        let tolerance = self.options.step_tolerance * self.scale.get();
+        let tolerance = self.options.step_tolerance * self.scale;
         let (mut converged, mut iterations) = (false, 0);
         while !converged && iterations < self.options.max_iterations {
             iterations += 1;

@@ -1,6 +1,6 @@
 //! Connected components of a mesh, and what holds each in place.
 
-use crate::mesh::RigidMotion;
+use crate::mesh::{DisjointSets, RigidMotion};
 use crate::solver::terms::arap_cells::ArapCells;
 use glam::DVec3;
 
@@ -30,26 +30,11 @@ pub(super) struct Holds {
 impl Components {
     /// Of the cells' edges; a vertex without edges is a component of its own.
     pub(super) fn of(prior: &ArapCells) -> Self {
-        const UNKNOWN: usize = usize::MAX;
-        let mut of_vertex = vec![UNKNOWN; prior.vertices()];
-        let mut count = 0;
-        let mut open = Vec::new();
-        for first in 0..prior.vertices() {
-            if of_vertex[first] != UNKNOWN {
-                continue;
-            }
-            of_vertex[first] = count;
-            open.push(first);
-            while let Some(i) = open.pop() {
-                for (j, _) in prior.neighbours(i) {
-                    if of_vertex[j] == UNKNOWN {
-                        of_vertex[j] = count;
-                        open.push(j);
-                    }
-                }
-            }
-            count += 1;
+        let mut sets = DisjointSets::new(prior.vertices());
+        for i in 0..prior.vertices() {
+            prior.neighbours(i).for_each(|(j, _)| sets.join(i, j));
         }
+        let (of_vertex, count) = sets.numbered();
         Self { of_vertex, count }
     }
 

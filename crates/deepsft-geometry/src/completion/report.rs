@@ -24,7 +24,7 @@ pub struct CompletionReport {
     pub iterations: usize,
     /// Different vertices with a usable point; the copies of a vertex on a texture seam count once.
     pub visible_vertices: usize,
-    /// Points left out because they are not finite.
+    /// Points left out because they are not finite or of a vertex that is not there.
     pub ignored_points: usize,
     /// Connected components of the mesh.
     pub components: usize,

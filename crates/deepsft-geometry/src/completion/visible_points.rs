@@ -2,13 +2,13 @@
 
 use crate::error::GeometryError;
 use crate::mesh::Welding;
-use crate::solver::checked::{check_weight, vertex_in};
+use crate::solver::checked::check_weight;
 use glam::DVec3;
 
 /// A vertex seen at a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VertexPoint {
-    /// Index of the template's vertex.
+    /// Index of the template's vertex. One that is not there counts as not seen.
     pub vertex: usize,
     /// Where it is seen, camera frame, in the template's unit. A measurement that is not finite (a hole in
     /// the depth map) counts as not seen.
@@ -21,7 +21,7 @@ pub struct VertexPoint {
 pub(super) struct Visible {
     pub(super) weights: Vec<f64>,
     pub(super) points: Vec<DVec3>,
-    /// Points left out because they are not finite.
+    /// Points left out because they are not finite or of a vertex that is not there.
     pub(super) ignored: usize,
 }
 
@@ -35,7 +35,6 @@ impl Visible {
             ignored: 0,
         };
         for point in points {
-            vertex_in(point.vertex, welding.vertices())?;
             check_weight("point data", point.weight)?;
             let welded = welding.welded(point.vertex).filter(|_| point.p_camera.is_finite());
             if let Some(vertex) = welded {

@@ -76,7 +76,8 @@ impl FrameFitter {
         let mut ambiguity = None;
         if is_whole {
             let similar = self.self_similarities();
-            (found, from, ambiguity) = best_of_mode_hops(&mut self.coarse, &similar, observation, (found, from), first)?;
+            (found, from, ambiguity) =
+                best_of_mode_hops(&mut self.coarse, &similar, observation, (found, from), first)?;
         }
         let mut vertices = self.coarse.mesh_fitter.fine_vertices(&found.vertices);
         let mut correlation = found.correlation;

@@ -2,7 +2,7 @@
 
 use crate::error::GeometryError;
 use crate::mesh::{SurfaceLocator, TriangleMesh};
-use crate::solver::{Bending, Energy, Isometry, LengthScale, MeshSolver, Solution, SolveOptions};
+use crate::solver::{Bending, Energy, Isometry, MeshSolver, Solution, SolveOptions};
 use glam::DVec3;
 
 /// Continuation: fractions of the weight of isometry that a mesh far from its place is solved with in turn.
@@ -37,9 +37,8 @@ impl IsometricMesh {
         isometry: f64,
         bending: f64,
     ) -> Result<Self, GeometryError> {
-        let scale = LengthScale::of(&mesh)?;
         let weight = isometry * reference.edges().len() as f64 / mesh.edges().len().max(1) as f64;
-        let stiffness = |fraction: f64| Isometry::new(&mesh, scale, fraction * weight);
+        let stiffness = |fraction: f64| Isometry::new(&mesh, fraction * weight);
         let [soft, medium, stiff] = CONTINUATION;
         let isometry = [stiffness(soft)?, stiffness(medium)?, stiffness(stiff)?];
         let bending = Bending::new(&mesh, bending)?;
@@ -53,7 +52,10 @@ impl IsometricMesh {
     }
 
     /// Minimises `terms`, isometry and bending from `start`. `halving`: as [`SolveOptions::halving`].
-    pub(crate) fn solve(
+    ///
+    /// # Errors
+    /// As [`MeshSolver::solve`].
+    pub fn solve(
         &mut self,
         terms: &[&dyn Energy],
         start: &[DVec3],

@@ -202,8 +202,8 @@ impl MeshFitter {
         let border = ContrastNormalizer::reach(round.blur);
         let mut drawing = Drawing::new(print, &surface, round.mask, (border, round.margin), Some(POINT_STEP));
         let mask = std::mem::take(&mut drawing.mask);
-        let normalizer = ContrastNormalizer::new(mask, drawing.part, camera.size(), round.blur, round.window);
-        let image = normalizer.normalize(drawing.part.of(grey));
+        let normalizer = ContrastNormalizer::new(mask, drawing.region, camera.size(), round.blur, round.window);
+        let image = normalizer.normalize(drawing.region.of(grey));
         let points = drawing.points(&normalizer.normalize(drawing.print.iter().copied()));
         let faces = isometric.mesh.faces();
         let holds = |p: &&TexturePoint| {
@@ -229,7 +229,7 @@ impl MeshFitter {
             vertices: solution.vertices,
             correlation,
             iterations: solution.report.iterations,
-            energy: solution.report.final_energy(),
+            energy: solution.report.final_energy,
         };
         Ok((fitted, then))
     }

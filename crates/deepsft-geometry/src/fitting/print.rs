@@ -1,8 +1,8 @@
 //! What is printed on the template, as a camera sees it.
 
-use crate::image::{ContrastNormalizedImage, GreyMipmap, Part};
-use crate::maps::{Maps, erode};
+use crate::image::{ContrastNormalizedImage, GreyMipmap, Region};
 use crate::maps::raster::VisibleSurface;
+use crate::maps::{Maps, erode};
 use crate::mesh::{SurfacePoint, Template};
 use crate::solver::TexturePoint;
 
@@ -37,13 +37,13 @@ impl Print {
 
 /// A mesh drawn with its print, and the points of it that are compared with the image.
 pub(crate) struct Drawing {
-    /// The part of the image that was drawn.
-    pub(crate) part: Part,
-    /// Of the pixels of the part: what is printed there.
+    /// The rectangle of the image that was drawn.
+    pub(crate) region: Region,
+    /// Of the pixels of the region: what is printed there.
     pub(crate) print: Vec<f32>,
     /// 1 where the mesh is seen and may be compared.
     pub(crate) mask: Vec<f32>,
-    /// Index of a pixel of the part, and point of the mesh that it shows. Points of a face follow each other.
+    /// Index of a pixel of the region, and point of the mesh that it shows. Points of a face follow each other.
     anchors: Vec<(usize, SurfacePoint)>,
 }
 
@@ -58,21 +58,21 @@ impl Drawing {
         (border, margin): (usize, usize),
         step: Option<usize>,
     ) -> Self {
-        let (camera, window) = (surface.camera(), surface.window());
-        // The pixel beside the window says that there the mesh ends.
-        let part = Part::around(&window.columns, &window.rows, border.max(1), camera.size());
+        let camera = surface.camera();
+        // The pixel beside the mesh's region says that there the mesh ends.
+        let region = surface.region().grown(border.max(1), camera.size());
         let is_seen = |column: usize, row: usize| seen.is_none_or(|maps| maps.inside(row * maps.width() + column));
-        let mut mask = vec![0.0; part.area()];
+        let mut mask = vec![0.0; region.area()];
         for (column, row, ..) in surface.front() {
-            if let Some(pixel) = part.index(column, row).filter(|_| is_seen(column, row)) {
+            if let Some(pixel) = region.index(column, row).filter(|_| is_seen(column, row)) {
                 mask[pixel] = 1.0;
             }
         }
-        erode(&mut mask, part.width, margin);
-        let (mut uvs, mut anchors) = (vec![None; part.area()], Vec::new());
+        erode(&mut mask, region.width, margin);
+        let (mut uvs, mut anchors) = (vec![None; region.area()], Vec::new());
         let (mut depths_mm, mut count) = (0.0, 0_usize);
         for (column, row, face, triangle) in surface.front() {
-            let Some(pixel) = part.index(column, row).filter(|&pixel| mask[pixel] > 0.0) else {
+            let Some(pixel) = region.index(column, row).filter(|&pixel| mask[pixel] > 0.0) else {
                 continue;
             };
             let (x, y) = (column as f64 + 0.5, row as f64 + 0.5);
@@ -88,7 +88,7 @@ impl Drawing {
         anchors.sort_by_key(|(_, point)| point.face);
         Self {
             print: print.drawn(&uvs, depths_mm / count.max(1) as f64, camera.focal().x),
-            part,
+            region,
             mask,
             anchors,
         }
@@ -128,16 +128,16 @@ mod tests {
         (0..270).for_each(|y| (0..=10).for_each(|x| seen.clear(480 * y + x)));
         let drawn = |border: usize| {
             let drawing = Drawing::new(&print, &surface, Some(&seen), (border, 3), Some(3));
-            let normalizer = ContrastNormalizer::new(drawing.mask.clone(), drawing.part, camera.size(), blur, 8.0);
-            let image = normalizer.normalize(drawing.part.of(&grey));
+            let normalizer = ContrastNormalizer::new(drawing.mask.clone(), drawing.region, camera.size(), blur, 8.0);
+            let image = normalizer.normalize(drawing.region.of(&grey));
             let points = drawing.points(&normalizer.normalize(drawing.print.iter().copied()));
             (drawing, image, points)
         };
         let (part, image, points) = drawn(ContrastNormalizer::reach(blur));
         let (whole, whole_image, whole_points) = drawn(480);
-        assert!(whole.part.area() == 480 * 270 && part.part.area() < 480 * 270 / 3 && points.len() > 500);
-        for (index, (column, row)) in whole.part.pixels().enumerate() {
-            let (mask, print) = match part.part.index(column, row) {
+        assert!(whole.region.area() == 480 * 270 && part.region.area() < 480 * 270 / 3 && points.len() > 500);
+        for (index, (column, row)) in whole.region.pixels().enumerate() {
+            let (mask, print) = match part.region.index(column, row) {
                 Some(index) => (part.mask[index], part.print[index]),
                 None => (0.0, 0.0),
             };

@@ -1,7 +1,7 @@
 //! Self-similarity of a print: where a fit may have hopped to another mode.
 
 use super::mesh_fitter::WINDOW_PX;
-use crate::image::{ContrastNormalizer, GreyMipmap, ImageSize, Part};
+use crate::image::{ContrastNormalizer, GreyMipmap, ImageSize, Region};
 use crate::mesh::Template;
 use glam::DVec2;
 
@@ -95,7 +95,7 @@ impl SmallPrint {
         let (size, everywhere) = (ImageSize { width, height }, vec![1.0; width * height]);
         let grey = (0..width * height).map(|p| level.sample([at(p % width, width), at(p / width, height)]));
         let normalized =
-            ContrastNormalizer::new(everywhere, Part::whole(size), size, BLUR_PX, WINDOW_PX).normalize(grey);
+            ContrastNormalizer::new(everywhere, Region::whole(size), size, BLUR_PX, WINDOW_PX).normalize(grey);
         Self::new(width, height, normalized.values().to_vec())
     }
 

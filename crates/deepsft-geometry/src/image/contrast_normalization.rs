@@ -2,8 +2,8 @@
 
 use super::grey_image::GreyImage;
 use super::image_size::ImageSize;
-use super::part::Part;
 use super::picture::Picture;
+use super::region::Region;
 use glam::DVec2;
 
 /// Grey levels added to the local deviation, so that noise on an even surface is not blown up to texture.
@@ -24,7 +24,7 @@ const MIN_SUPPORT: f32 = 0.02;
 pub struct ContrastNormalizedImage {
     size: ImageSize,
     /// The part of the picture that has values; elsewhere they are 0.
-    part: Part,
+    region: Region,
     values: Vec<f32>,
 }
 
@@ -34,7 +34,7 @@ impl ContrastNormalizedImage {
     /// of `window_px`; 8 suits prints seen on a 480 x 270 image.
     pub fn new(picture: &Picture, blur_px: f32, window_px: f32) -> Self {
         let grey = GreyImage::of(picture);
-        let (everywhere, whole) = (vec![1.0; grey.values.len()], Part::whole(picture.size()));
+        let (everywhere, whole) = (vec![1.0; grey.values.len()], Region::whole(picture.size()));
         ContrastNormalizer::new(everywhere, whole, picture.size(), blur_px, window_px)
             .normalize(grey.values.into_iter())
     }
@@ -69,14 +69,14 @@ impl ContrastNormalizedImage {
     /// Values of the pixel, its right neighbour, and the two below.
     #[inline]
     fn square(&self, x: usize, y: usize) -> [f32; 4] {
-        let width = self.part.width;
-        let (column, row) = (x.wrapping_sub(self.part.left), y.wrapping_sub(self.part.top));
-        if column < width.saturating_sub(1) && row < self.part.height.saturating_sub(1) {
+        let width = self.region.width;
+        let (column, row) = (x.wrapping_sub(self.region.left), y.wrapping_sub(self.region.top));
+        if column < width.saturating_sub(1) && row < self.region.height.saturating_sub(1) {
             let values = &self.values[row * width + column..];
             return [values[0], values[1], values[width], values[width + 1]];
         }
         [(x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1)]
-            .map(|(x, y)| self.part.index(x, y).map_or(0.0, |index| self.values[index]))
+            .map(|(x, y)| self.region.index(x, y).map_or(0.0, |index| self.values[index]))
     }
 }
 
@@ -87,7 +87,7 @@ impl ContrastNormalizedImage {
 /// interpolated, which makes them cost less than the blur (a twentieth of what they cost pixel by pixel).
 pub(crate) struct ContrastNormalizer {
     size: ImageSize,
-    part: Part,
+    region: Region,
     mask: Vec<f32>,
     blur: Vec<f32>,
     /// 1 / the fraction of the blurred neighbourhood that is seen, 0 where that is next to nothing.
@@ -101,18 +101,18 @@ pub(crate) struct ContrastNormalizer {
 const CELL: usize = 4;
 
 impl ContrastNormalizer {
-    /// For a `mask` (0 or 1 for each pixel of `part`) of images of `size`; `blur_px` and `window_px` as in
+    /// For a `mask` (0 or 1 for each pixel of `region`) of images of `size`; `blur_px` and `window_px` as in
     /// [`ContrastNormalizedImage::new`].
-    pub fn new(mask: Vec<f32>, part: Part, size: ImageSize, blur_px: f32, window_px: f32) -> Self {
+    pub fn new(mask: Vec<f32>, region: Region, size: ImageSize, blur_px: f32, window_px: f32) -> Self {
         let blur = half_gaussian(blur_px);
-        let support = blurred(&mask, part.width, part.height, &blur);
+        let support = blurred(&mask, region.width, region.height, &blur);
         let per_support = support
             .into_iter()
             .map(|s| if s > MIN_SUPPORT { s.recip() } else { 0.0 })
             .collect();
         let mut this = Self {
             size,
-            part,
+            region,
             mask,
             blur,
             per_support,
@@ -131,7 +131,7 @@ impl ContrastNormalizer {
     /// The normalised picture with these grey values in the part. 0 where nothing is seen nearby.
     pub fn normalize(&self, grey: impl Iterator<Item = f32>) -> ContrastNormalizedImage {
         let masked: Vec<f32> = grey.zip(&self.mask).map(|(v, m)| (v - MIDDLE_LEVEL) * m).collect();
-        let mut values = blurred(&masked, self.part.width, self.part.height, &self.blur);
+        let mut values = blurred(&masked, self.region.width, self.region.height, &self.blur);
         values.iter_mut().zip(&self.per_support).for_each(|(v, s)| *v *= s);
         let sums = self.around_cells(|i| self.mask[i] * values[i]);
         let squares = self.around_cells(|i| self.mask[i] * values[i] * values[i]);
@@ -149,24 +149,24 @@ impl ContrastNormalizer {
         self.subtract_and_scale(&mut values, &means, &gains);
         ContrastNormalizedImage {
             size: self.size,
-            part: self.part,
+            region: self.region,
             values,
         }
     }
 
     /// Columns and rows of cells.
     fn cells(&self) -> (usize, usize) {
-        (self.part.width.div_ceil(CELL), self.part.height.div_ceil(CELL))
+        (self.region.width.div_ceil(CELL), self.region.height.div_ceil(CELL))
     }
 
     /// Sums of `value` over cells, a pixel's fraction of a whole cell, averaged over the window.
     fn around_cells(&self, value: impl Fn(usize) -> f32) -> Vec<f32> {
         let (columns, rows) = self.cells();
         let mut sums = vec![0.0_f32; columns * rows];
-        for y in 0..self.part.height {
+        for y in 0..self.region.height {
             let row = &mut sums[y / CELL * columns..][..columns];
-            for x in 0..self.part.width {
-                row[x / CELL] += value(y * self.part.width + x);
+            for x in 0..self.region.width {
+                row[x / CELL] += value(y * self.region.width + x);
             }
         }
         let fraction = ((CELL * CELL) as f32).recip();
@@ -182,9 +182,9 @@ impl ContrastNormalizer {
             let first = at as usize;
             (first, (first + 1).min(cells - 1), at - first as f32)
         };
-        let across: Vec<_> = (0..self.part.width).map(|x| place(x, columns)).collect();
+        let across: Vec<_> = (0..self.region.width).map(|x| place(x, columns)).collect();
         let (mut mean_row, mut gain_row) = (vec![0.0_f32; columns], vec![0.0_f32; columns]);
-        for (y, row) in values.chunks_exact_mut(self.part.width.max(1)).enumerate() {
+        for (y, row) in values.chunks_exact_mut(self.region.width.max(1)).enumerate() {
             let (above, below, b) = place(y, rows);
             let lerp = |cells: &[f32], out: &mut [f32]| {
                 let (above, below) = (
@@ -197,7 +197,7 @@ impl ContrastNormalizer {
             };
             lerp(means, &mut mean_row);
             lerp(gains, &mut gain_row);
-            let supports = &self.per_support[y * self.part.width..];
+            let supports = &self.per_support[y * self.region.width..];
             for ((value, &(left, right, a)), &support) in row.iter_mut().zip(&across).zip(supports) {
                 let mean = mean_row[left] + a * (mean_row[right] - mean_row[left]);
                 let gain = gain_row[left] + a * (gain_row[right] - gain_row[left]);
@@ -282,7 +282,7 @@ mod tests {
         let painted = Picture::from_fn(64, 48, |x, y| [if x < 40 { pattern(x, y) as u8 } else { 255 }; 3]);
         let mask: Vec<f32> = (0..64 * 48).map(|i| f32::from(u8::from(i % 64 < 40))).collect();
         let [one, other] = [picture, painted].map(|p| {
-            ContrastNormalizer::new(mask.clone(), Part::whole(p.size()), p.size(), 2.0, 8.0)
+            ContrastNormalizer::new(mask.clone(), Region::whole(p.size()), p.size(), 2.0, 8.0)
                 .normalize(GreyImage::of(&p).values.into_iter())
                 .values
         });

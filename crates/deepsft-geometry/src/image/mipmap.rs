@@ -4,6 +4,7 @@ use super::grey_image::GreyImage;
 use super::image_size::ImageSize;
 use super::picture::Picture;
 use glam::DVec2;
+use std::iter::successors;
 
 /// One level of a picture's mipmap.
 #[derive(Clone, Debug)]
@@ -22,6 +23,12 @@ impl MipLevel {
             extent: picture.size().as_dvec2(),
             picture,
         }
+    }
+
+    /// The level after as many halvings, the coarsest one beyond the last.
+    pub fn halved(picture: Picture, times: u32) -> Self {
+        let finest = Self::finest(picture);
+        (0..times).fold(finest, |level, _| level.coarser().unwrap_or(level))
     }
 
     /// The next level; `None` after the level of a single pixel.
@@ -57,14 +64,14 @@ impl GreyMipmap {
     /// Halves `picture` until its shorter side has at most `shortest_side` pixels.
     pub fn new(picture: &Picture, shortest_side: usize) -> Self {
         let mut levels = Vec::new();
-        let mut next = Some(MipLevel::finest(picture.clone()));
-        while let Some(level) = next {
+        for level in successors(Some(MipLevel::finest(picture.clone())), MipLevel::coarser) {
             levels.push(GreyLevel {
                 image: GreyImage::of(&level.picture),
                 extent: level.extent.as_vec2().to_array(),
             });
-            let shorter = level.picture.width().min(level.picture.height());
-            next = level.coarser().filter(|_| shorter > shortest_side);
+            if level.picture.width().min(level.picture.height()) <= shortest_side {
+                break;
+            }
         }
         Self { levels }
     }

@@ -4,8 +4,8 @@ mod contrast_normalization;
 mod grey_image;
 mod image_size;
 mod mipmap;
-mod part;
 mod picture;
+mod region;
 mod turn;
 
 pub use contrast_normalization::ContrastNormalizedImage;
@@ -14,6 +14,6 @@ pub(crate) use grey_image::GreyImage;
 pub use grey_image::luma;
 pub use image_size::ImageSize;
 pub use mipmap::{GreyMipmap, MipLevel};
-pub(crate) use part::Part;
 pub use picture::Picture;
+pub use region::Region;
 pub use turn::{turned_anticlockwise, turned_clockwise};

@@ -26,7 +26,7 @@ pub fn draw_template(texture: &Picture, maps: &Maps) -> Picture {
 ///
 /// `None` when the mask is empty or the image is not of the maps' size.
 pub fn photo_consistency_error(image: &Picture, texture: &Picture, maps: &Maps) -> Option<f64> {
-    if (image.width(), image.height()) != (maps.width(), maps.height()) {
+    if image.size() != maps.size() {
         return None;
     }
     let mut squares = MeanSquare::default();
@@ -45,7 +45,7 @@ pub fn photo_consistency_error(image: &Picture, texture: &Picture, maps: &Maps) 
 ///
 /// `None` as there.
 pub fn relit_photo_consistency_error(image: &Picture, texture: &Picture, maps: &Maps) -> Option<f64> {
-    if (image.width(), image.height()) != (maps.width(), maps.height()) {
+    if image.size() != maps.size() {
         return None;
     }
     let mut colors = [PairedSums::default(); 3];
@@ -62,10 +62,7 @@ pub fn relit_photo_consistency_error(image: &Picture, texture: &Picture, maps: &
 
 /// Row-major index and drawn colour (0..=255) of every pixel inside the mask, in order.
 pub(crate) fn drawn_colors(texture: &Picture, maps: &Maps) -> impl Iterator<Item = (usize, [f32; 3])> {
-    let halvings = mipmap_level(texture, maps);
-    let level = (0..halvings).fold(MipLevel::finest(texture.clone()), |level, _| {
-        level.coarser().unwrap_or(level)
-    });
+    let level = MipLevel::halved(texture.clone(), mipmap_level(texture, maps));
     let inside = (0..maps.depth().len()).filter(|&pixel| maps.inside(pixel));
     inside.map(move |pixel| (pixel, level.sample(maps.uv(pixel))))
 }

@@ -3,6 +3,7 @@
 
 use super::depth_and_registration::Maps;
 use crate::camera::Camera;
+use crate::image::{ImageSize, Region};
 use crate::mesh::TriangleMesh;
 use glam::{DVec2, DVec3, Vec3};
 use std::ops::Range;
@@ -146,49 +147,25 @@ fn project_mesh(mesh: &TriangleMesh, vertices_camera: &[DVec3], camera: &Camera)
         .collect()
 }
 
-/// The columns and rows of the image that a mesh can touch.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Window {
-    /// Columns of the image.
-    pub columns: Range<usize>,
-    /// Rows of the image.
-    pub rows: Range<usize>,
+/// The region of an image of `size` that some triangles can touch.
+fn region_of(triangles: &[Option<ImageTriangle>], size: ImageSize) -> Region {
+    let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+    for corner in triangles.iter().flatten().flat_map(|triangle| triangle.corners) {
+        (low, high) = (low.min(corner), high.max(corner));
+    }
+    let range = |low: f64, high: f64, side: usize| {
+        let end = high.ceil().clamp(0.0, side as f64) as usize;
+        (low.floor().max(0.0) as usize).min(end)..end
+    };
+    Region::new(range(low.x, high.x, size.width), range(low.y, high.y, size.height))
 }
 
-impl Window {
-    /// The window of some triangles in an image of `width` x `height` pixels.
-    pub fn of(triangles: &[Option<ImageTriangle>], width: usize, height: usize) -> Self {
-        let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
-        for corner in triangles.iter().flatten().flat_map(|triangle| triangle.corners) {
-            (low, high) = (low.min(corner), high.max(corner));
-        }
-        let range = |low: f64, high: f64, side: usize| {
-            let end = high.ceil().clamp(0.0, side as f64) as usize;
-            (low.floor().max(0.0) as usize).min(end)..end
-        };
-        Self {
-            columns: range(low.x, high.x, width),
-            rows: range(low.y, high.y, height),
-        }
-    }
-
-    /// The window's pixels: (index within the window, column, row).
-    pub fn pixels(&self) -> impl Iterator<Item = (usize, usize, usize)> + use<> {
-        let columns = self.columns.clone();
-        self.rows
-            .clone()
-            .flat_map(move |row| columns.clone().map(move |column| (column, row)))
-            .enumerate()
-            .map(|(index, (column, row))| (index, column, row))
-    }
-}
-
-/// The nearest triangle at one sample position in every pixel of a window.
+/// The nearest triangle at one sample position in every pixel of a region.
 #[derive(Debug)]
 pub struct Visibility {
-    window: Window,
+    region: Region,
     offset: DVec2,
-    /// Triangle index of each pixel of the window, [`Visibility::NONE`] where nothing is seen.
+    /// Triangle index of each pixel of the region, [`Visibility::NONE`] where nothing is seen.
     triangle: Vec<u32>,
     inverse_depth: Vec<f32>,
 }
@@ -198,10 +175,10 @@ impl Visibility {
     const NONE: u32 = u32::MAX;
 
     /// Rasterises at position `offset` in every pixel ((0.5, 0.5) is the centre).
-    pub fn new(triangles: &[Option<ImageTriangle>], window: &Window, offset: DVec2) -> Self {
-        let pixels = window.columns.len() * window.rows.len();
+    pub fn new(triangles: &[Option<ImageTriangle>], region: &Region, offset: DVec2) -> Self {
+        let pixels = region.area();
         let mut visibility = Self {
-            window: window.clone(),
+            region: *region,
             offset,
             triangle: vec![Self::NONE; pixels],
             inverse_depth: vec![0.0; pixels],
@@ -218,7 +195,7 @@ impl Visibility {
         let [a, b, c] = triangle.corners;
         let low = a.min(b).min(c).y - self.offset.y;
         let high = a.max(b).max(c).y - self.offset.y;
-        for row in whole_numbers(low, high, &self.window.rows) {
+        for row in whole_numbers(low, high, &self.region.rows()) {
             let y = row as f64 + self.offset.y;
             // The columns in which all three barycentric coordinates are positive.
             let (mut first, mut last) = (f64::NEG_INFINITY, f64::INFINITY);
@@ -232,10 +209,10 @@ impl Visibility {
                     last = f64::NEG_INFINITY;
                 }
             }
-            let start = (row - self.window.rows.start) * self.window.columns.len();
-            for column in whole_numbers(first - self.offset.x, last - self.offset.x, &self.window.columns) {
+            let start = (row - self.region.top) * self.region.width;
+            for column in whole_numbers(first - self.offset.x, last - self.offset.x, &self.region.columns()) {
                 let inverse_depth = triangle.inverse_depth.at(column as f64 + self.offset.x, y) as f32;
-                let pixel = start + column - self.window.columns.start;
+                let pixel = start + column - self.region.left;
                 if inverse_depth > self.inverse_depth[pixel] {
                     self.inverse_depth[pixel] = inverse_depth;
                     self.triangle[pixel] = index;
@@ -244,7 +221,7 @@ impl Visibility {
         }
     }
 
-    /// Index of the triangle seen at the sample of the window's pixel `index`.
+    /// Index of the triangle seen at the sample of the region's pixel `index`.
     pub fn triangle(&self, index: usize) -> Option<usize> {
         let triangle = self.triangle[index];
         (triangle != Self::NONE).then_some(triangle as usize)
@@ -260,7 +237,7 @@ impl Visibility {
 #[derive(Debug)]
 pub struct VisibleSurface {
     triangles: Vec<Option<ImageTriangle>>,
-    window: Window,
+    region: Region,
     centres: Visibility,
     camera: Camera,
 }
@@ -269,11 +246,11 @@ impl VisibleSurface {
     /// Projects `mesh` with its vertices at `vertices_camera` (mm) and finds what each pixel centre sees.
     pub fn new(mesh: &TriangleMesh, vertices_camera: &[DVec3], camera: &Camera) -> Self {
         let triangles = project_mesh(mesh, vertices_camera, camera);
-        let window = Window::of(&triangles, camera.width(), camera.height());
-        let centres = Visibility::new(&triangles, &window, DVec2::splat(0.5));
+        let region = region_of(&triangles, camera.size());
+        let centres = Visibility::new(&triangles, &region, DVec2::splat(0.5));
         Self {
             triangles,
-            window,
+            region,
             centres,
             camera: *camera,
         }
@@ -291,11 +268,11 @@ impl VisibleSurface {
     }
 
     /// The part of the image that the mesh can touch.
-    pub fn window(&self) -> &Window {
-        &self.window
+    pub fn region(&self) -> &Region {
+        &self.region
     }
 
-    /// What the pixel centres of the window see.
+    /// What the pixel centres of the region see.
     pub fn centres(&self) -> &Visibility {
         &self.centres
     }
@@ -303,7 +280,7 @@ impl VisibleSurface {
     /// The pixels (column, row) whose centre sees the front, with the face they see and its triangle. Where the back
     /// is nearer nothing is seen.
     pub fn front(&self) -> impl Iterator<Item = (usize, usize, usize, &ImageTriangle)> {
-        self.window.pixels().filter_map(|(index, column, row)| {
+        self.region.pixels().enumerate().filter_map(|(index, (column, row))| {
             let face = self.centres.triangle(index)?;
             let triangle = self.triangles[face].as_ref()?;
             triangle.front.then_some((column, row, face, triangle))

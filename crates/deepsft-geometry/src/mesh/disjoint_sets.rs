@@ -41,6 +41,17 @@ impl DisjointSets {
         thing
     }
 
+    /// Numbers the sets in the order of their first things: the number of each thing's set, and how many sets there are.
+    pub(crate) fn numbered(&mut self) -> (Vec<usize>, usize) {
+        let (mut numbers, mut count) = (Vec::with_capacity(self.parent.len()), 0);
+        for thing in 0..self.parent.len() {
+            let first = self.first(thing);
+            numbers.push(if first == thing { count } else { numbers[first] });
+            count += usize::from(first == thing);
+        }
+        (numbers, count)
+    }
+
     /// Makes the sets of `a` and `b` one.
     ///
     /// # Panics

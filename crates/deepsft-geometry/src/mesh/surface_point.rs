@@ -1,7 +1,6 @@
 //! Points on the template's faces.
 
 use super::triangle_mesh::TriangleMesh;
-use crate::error::GeometryError;
 use glam::DVec3;
 
 /// A point of the template's surface: a face and barycentric coordinates in it.
@@ -41,22 +40,15 @@ pub(crate) struct AnchoredPoint {
 }
 
 impl AnchoredPoint {
-    /// Looks the face up. `None` for a face that names a vertex twice or weights that are not finite:
+    /// Looks the face up. `None` for a face that is not there or names a vertex twice and weights that are not finite:
     /// nothing can be measured there.
-    pub(crate) fn new(template: &TriangleMesh, point: SurfacePoint) -> Result<Option<Self>, GeometryError> {
-        let faces = template.faces();
-        let Some(&corners) = faces.get(point.face) else {
-            return Err(GeometryError::FaceOutOfRange {
-                face: point.face,
-                faces: faces.len(),
-            });
-        };
-        let [a, b, c] = corners;
+    pub(crate) fn new(template: &TriangleMesh, point: SurfacePoint) -> Option<Self> {
+        let corners @ [a, b, c] = *template.faces().get(point.face)?;
         let usable = a != b && b != c && c != a && point.barycentric.iter().all(|w| w.is_finite());
-        Ok(usable.then_some(Self {
+        usable.then_some(Self {
             corners,
             barycentric: point.barycentric,
-        }))
+        })
     }
 
     /// The point's position.

@@ -11,14 +11,6 @@ pub(crate) fn check_weight(term: &'static str, weight: f64) -> Result<(), Geomet
     }
 }
 
-pub(crate) fn vertex_in(vertex: usize, vertices: usize) -> Result<(), GeometryError> {
-    if vertex < vertices {
-        Ok(())
-    } else {
-        Err(GeometryError::VertexIndex { vertex, vertices })
-    }
-}
-
 /// The scale of a robust function, if it has one.
 pub(crate) fn check_robust(term: &'static str, robust: Robust) -> Result<(), GeometryError> {
     match robust {

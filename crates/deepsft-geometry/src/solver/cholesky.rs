@@ -72,7 +72,7 @@ impl SparseCholesky {
                 ..CholeskySymbolicParams::default()
             },
         )
-        .map_err(|_| GeometryError::OutOfMemory { unknowns: n })?;
+        .map_err(|_| GeometryError::Singular { unknowns: n })?;
         let factor = vec![0.0; symbolic.len_val()];
         let scratch = MemBuffer::new(
             symbolic

@@ -5,14 +5,16 @@ use glam::DVec3;
 /// One energy term of the mesh solver: a weighted, possibly robust sum of squared residuals of the vertex positions.
 ///
 /// Every residual is without unit (lengths are divided by the template's mean edge length, see
-/// [`LengthScale`](super::LengthScale), or by a standard deviation), so that weights mean the same in
+/// [`mean_edge_length`](super::mean_edge_length), or by a standard deviation), so that weights mean the same in
 /// any unit of length.
 pub trait Energy {
     /// The term's name in the report.
     fn name(&self) -> &'static str;
 
-    /// Shows every set of vertices that one residual depends on.
-    fn stencils(&self, visit: &mut dyn FnMut(&[usize]));
+    /// Shows every set of vertices that one residual depends on, if they are not all of one edge or face (the default: none).
+    fn stencils(&self, visit: &mut dyn FnMut(&[usize])) {
+        let _ = visit;
+    }
 
     /// The energy of `vertices`: the sum of rho(residual^2). Infinite where it is not defined (a
     /// measured point at or behind the camera).

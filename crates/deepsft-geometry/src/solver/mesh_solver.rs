@@ -1,7 +1,7 @@
 //! Levenberg-Marquardt over the vertices of a template.
 
 use super::energy::Energy;
-use super::length_scale::LengthScale;
+use super::mean_edge_length::mean_edge_length;
 use super::normal_equations::NormalEquations;
 use crate::error::{GeometryError, check_start};
 use crate::mesh::TriangleMesh;
@@ -54,20 +54,8 @@ impl Default for SolveOptions {
     }
 }
 
-/// One term's energy before and after.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct TermEnergy {
-    /// The term's name.
-    pub name: &'static str,
-    /// At the start.
-    pub initial_energy: f64,
-    /// At the result.
-    pub final_energy: f64,
-}
-
 /// How a solve went.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct SolveReport {
     /// Whether a tolerance was met. Otherwise the iterations ran out, or no damping gave a step that
@@ -75,20 +63,10 @@ pub struct SolveReport {
     pub converged: bool,
     /// Accepted steps.
     pub iterations: usize,
-    /// Energies of the terms, in the order they were given.
-    pub terms: Vec<TermEnergy>,
-}
-
-impl SolveReport {
     /// Sum of the terms' energies at the start.
-    pub fn initial_energy(&self) -> f64 {
-        self.terms.iter().map(|t| t.initial_energy).sum()
-    }
-
+    pub initial_energy: f64,
     /// Sum of the terms' energies at the result.
-    pub fn final_energy(&self) -> f64 {
-        self.terms.iter().map(|t| t.final_energy).sum()
-    }
+    pub final_energy: f64,
 }
 
 /// What a solve gives.
@@ -144,12 +122,11 @@ impl Damping {
 /// [`solve`](Self::solve) after it only factorises numbers, whatever is measured in that frame.
 ///
 /// ```
-/// use deepsft_geometry::solver::{DepthPrior, Isometry, LengthScale, MeshSolver, PointDepth, Robust, SolveOptions, SurfacePoint};
+/// use deepsft_geometry::solver::{DepthPrior, Isometry, MeshSolver, PointDepth, Robust, SolveOptions, SurfacePoint};
 /// use deepsft_geometry::{Picture, Template, glam::DVec3};
 /// let template = Template::thin_shell(Picture::from_fn(1, 1, |_, _| [0; 3]), 297.0, 210.0)?;
 /// let mesh = template.mesh();
-/// let scale = LengthScale::of(mesh)?;
-/// let isometry = Isometry::new(mesh, scale, 1.0)?;
+/// let isometry = Isometry::new(mesh, 1.0)?;
 /// let mut solver = MeshSolver::new(mesh, &[&isometry])?;
 /// // Every corner of every face is half a metre in front of the camera.
 /// let corner = |k: usize| PointDepth {
@@ -167,7 +144,8 @@ impl Damping {
 #[derive(Debug)]
 pub struct MeshSolver {
     equations: NormalEquations,
-    scale: LengthScale,
+    /// Mean edge length.
+    scale: f64,
 }
 
 impl MeshSolver {
@@ -187,7 +165,7 @@ impl MeshSolver {
         }
         Ok(Self {
             equations: NormalEquations::new(template.vertices().len(), pairs)?,
-            scale: LengthScale::of(template)?,
+            scale: mean_edge_length(template)?,
         })
     }
 
@@ -204,7 +182,7 @@ impl MeshSolver {
         start: &[DVec3],
         options: &SolveOptions,
     ) -> Result<Solution, GeometryError> {
-        self.check(terms, start)?;
+        check_start(start, self.equations.gradient().len())?;
         let initial: Vec<f64> = terms.iter().map(|t| t.energy(start)).collect();
         if let Some((term, &energy)) = terms.iter().zip(&initial).find(|(_, e)| !e.is_finite()) {
             return Err(GeometryError::StartEnergy {
@@ -216,7 +194,7 @@ impl MeshSolver {
         let mut damping = Damping::new(options.first_damping.max(MIN_DAMPING));
         let (mut converged, mut iterations) = (false, 0);
         while !converged && iterations < options.max_iterations {
-            self.linearize(terms, &here.0);
+            self.linearize(terms, &here.0)?;
             match self.iterate(terms, &here, &mut damping, options) {
                 Outcome::Lower(there, settled) => {
                     iterations += 1;
@@ -227,18 +205,12 @@ impl MeshSolver {
                 Outcome::Stuck => break,
             }
         }
-        let (vertices, current) = here;
-        let terms_energy = terms.iter().zip(initial.iter().zip(&current));
+        let (vertices, reached) = here;
         let report = SolveReport {
             converged,
             iterations,
-            terms: terms_energy
-                .map(|(term, (&initial_energy, &final_energy))| TermEnergy {
-                    name: term.name(),
-                    initial_energy,
-                    final_energy,
-                })
-                .collect(),
+            initial_energy: initial.iter().sum(),
+            final_energy: reached.iter().sum(),
         };
         Ok(Solution { vertices, report })
     }
@@ -265,7 +237,7 @@ impl MeshSolver {
                 let decrease = energy - reached.iter().sum::<f64>();
                 // A step that is short because it is damped says nothing.
                 let settled = damping.fraction <= TRUSTED_DAMPING
-                    && (longest <= options.step_tolerance * self.scale.get()
+                    && (longest <= options.step_tolerance * self.scale
                         || foretold.max(decrease) <= options.energy_tolerance * energy);
                 if decrease > 0.0 {
                     damping.lower(decrease / foretold.max(f64::MIN_POSITIVE));
@@ -311,7 +283,7 @@ impl MeshSolver {
         vertices: &[DVec3],
         right_hand_sides: &[Vec<DVec3>; N],
     ) -> Option<([Vec<DVec3>; N], Vec<DVec3>)> {
-        self.linearize(terms, vertices);
+        self.linearize(terms, vertices).ok()?;
         if !self.equations.factorize(&self.added(MIN_DAMPING)) {
             return None;
         }
@@ -323,37 +295,20 @@ impl MeshSolver {
         Some((solved, self.equations.step()))
     }
 
-    fn check(&self, terms: &[&dyn Energy], start: &[DVec3]) -> Result<(), GeometryError> {
-        let vertices = self.equations.gradient().len();
-        check_start(start, vertices)?;
+    fn linearize(&mut self, terms: &[&dyn Energy], vertices: &[DVec3]) -> Result<(), GeometryError> {
+        self.equations.clear();
         for term in terms {
-            let (mut held, mut last) = (true, Vec::new());
-            term.stencils(&mut |stencil| {
-                // Points of a face follow each other.
-                if last != stencil {
-                    held &= stencil.iter().all(|&v| v < vertices) && self.equations.holds(stencil);
-                    last.clear();
-                    last.extend_from_slice(stencil);
-                }
-            });
-            if !held {
+            term.linearize(vertices, &mut self.equations);
+            if self.equations.outside() {
                 return Err(GeometryError::Coupling { term: term.name() });
             }
         }
         Ok(())
     }
 
-    fn linearize(&mut self, terms: &[&dyn Energy], vertices: &[DVec3]) {
-        self.equations.clear();
-        for term in terms {
-            term.linearize(vertices, &mut self.equations);
-        }
-        debug_assert!(!self.equations.outside(), "a residual outside its term's stencils");
-    }
-
     /// What damping adds to the diagonal. A coordinate that no residual touches stays where it is.
     fn added(&self, damping: f64) -> Vec<DVec3> {
-        let unit = 1.0 / (self.scale.get() * self.scale.get());
+        let unit = 1.0 / (self.scale * self.scale);
         let one = |d: f64| if d > 0.0 { damping * d } else { unit };
         self.equations
             .diagonal()

@@ -19,7 +19,7 @@
 pub(crate) mod checked;
 pub(crate) mod cholesky;
 mod energy;
-mod length_scale;
+mod mean_edge_length;
 mod mesh_solver;
 mod normal_equations;
 pub(crate) mod terms;
@@ -27,8 +27,8 @@ pub(crate) mod terms;
 pub use crate::image::ContrastNormalizedImage;
 pub use crate::mesh::SurfacePoint;
 pub use energy::{Energy, ResidualSink, Robust};
-pub use length_scale::LengthScale;
-pub use mesh_solver::{MeshSolver, Solution, SolveOptions, SolveReport, TermEnergy};
+pub use mean_edge_length::mean_edge_length;
+pub use mesh_solver::{MeshSolver, Solution, SolveOptions, SolveReport};
 pub use terms::{
     Arap, Bending, DepthPrior, ImagePoint, Isometry, PAPER_ARAP_WEIGHT, PAPER_SMOOTHNESS_WEIGHT, PhotoConsistency,
     PointDepth, Reprojection, TexturePoint,

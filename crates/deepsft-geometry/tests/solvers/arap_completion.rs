@@ -349,7 +349,7 @@ fn points_and_starts_that_cannot_be_are_refused_by_name() {
     };
     assert_eq!(
         completion.complete(&[point(n, 1.0)], None),
-        Err(GeometryError::VertexIndex { vertex: n, vertices: n })
+        Err(GeometryError::NoVisibleVertex { ignored: 1 })
     );
     for weight in [-1.0, f64::NAN, f64::INFINITY] {
         assert!(matches!(

@@ -3,8 +3,8 @@
 use crate::shapes::{PointData, bent, coarse_sheet, normals, pose, rmse, sheet};
 use deepsft_geometry::glam::{DQuat, DVec2, DVec3};
 use deepsft_geometry::solver::{
-    Arap, Bending, ContrastNormalizedImage, DepthPrior, Energy, ImagePoint, Isometry, LengthScale, MeshSolver,
-    PhotoConsistency, PointDepth, Reprojection, Robust, Solution, SolveOptions, SurfacePoint, TexturePoint,
+    Arap, Bending, ContrastNormalizedImage, DepthPrior, Energy, ImagePoint, Isometry, MeshSolver, PhotoConsistency,
+    PointDepth, Reprojection, Robust, Solution, SolveOptions, SurfacePoint, TexturePoint, mean_edge_length,
 };
 use deepsft_geometry::{Camera, GeometryError, Picture, RigidMotion, TriangleMesh, VertexPoint};
 
@@ -56,10 +56,9 @@ fn solve_stiffening(
     terms: &[&dyn Energy],
     start: &[DVec3],
 ) -> Vec<Solution> {
-    let scale = LengthScale::of(mesh).unwrap();
     let mut solutions: Vec<Solution> = Vec::new();
     for weight in [1.0, 10.0, 100.0, 1e3] {
-        let isometry = Isometry::new(mesh, scale, weight).unwrap();
+        let isometry = Isometry::new(mesh, weight).unwrap();
         let terms: Vec<&dyn Energy> = terms.iter().copied().chain([&isometry as &dyn Energy]).collect();
         let from = solutions.last().map_or(start, |s| &s.vertices);
         solutions.push(solver.solve(&terms, from, &SolveOptions::default()).unwrap());
@@ -76,8 +75,8 @@ fn wobble(i: usize) -> DVec3 {
 #[test]
 fn an_isometrically_bent_sheet_is_recovered_exactly_from_noiseless_points() {
     let mesh = sheet();
-    let scale = LengthScale::of(&mesh).unwrap();
-    let isometry = Isometry::new(&mesh, scale, 100.0).unwrap();
+    let scale = mean_edge_length(&mesh).unwrap();
+    let isometry = Isometry::new(&mesh, 100.0).unwrap();
     let mut solver = MeshSolver::new(&mesh, &[&isometry]).unwrap();
     for turn in [0.5, 2.0] {
         let truth = bent(&mesh, |s| turn * s);
@@ -94,7 +93,7 @@ fn an_isometrically_bent_sheet_is_recovered_exactly_from_noiseless_points() {
         );
         assert!(report.converged, "{report:?}");
         assert!(
-            report.initial_energy() > 10.0 && report.final_energy() < 1e-12,
+            report.initial_energy > 10.0 && report.final_energy < 1e-12,
             "{report:?}"
         );
         // Every residual is zero at the truth: the tolerance is that of the last step.
@@ -111,10 +110,10 @@ fn a_stiff_sheet_follows_a_small_bend_in_one_step() {
     // From one bend to a slightly tighter one, as between two frames of a video. By its tangent alone the sheet would
     // stretch, and damped as its stiffness asks it hardly moves.
     let mesh = sheet();
-    let scale = LengthScale::of(&mesh).unwrap();
+    let scale = mean_edge_length(&mesh).unwrap();
     let (start, truth) = (bent(&mesh, |s| 1.6 * s), bent(&mesh, |s| 1.7 * s));
     let data = PointData::new(scale, &points(&truth, 1));
-    let isometry = Isometry::new(&mesh, scale, 1e4).unwrap();
+    let isometry = Isometry::new(&mesh, 1e4).unwrap();
     let bending = Bending::new(&mesh, 1.0).unwrap();
     let mut solver = MeshSolver::new(&mesh, &[&isometry, &bending]).unwrap();
     let mut energy = |max_iterations: usize, first_damping: f64| {
@@ -124,7 +123,7 @@ fn a_stiff_sheet_follows_a_small_bend_in_one_step() {
             ..SolveOptions::default()
         };
         let solution = solver.solve(&[&data, &isometry, &bending], &start, &options).unwrap();
-        solution.report.final_energy()
+        solution.report.final_energy
     };
     let least = energy(50, 1e-3);
     assert!(energy(1, 1e-6) < 1.001 * least, "{} of {least}", energy(1, 1e-6));
@@ -157,10 +156,6 @@ fn a_plane_is_recovered_from_its_image_and_isometry_from_a_perturbed_start() {
     assert!(report.converged, "{report:?}");
     // A plane has no residual at all; what stays is the step tolerance on the weakest direction (depth).
     assert!(rmse(vertices, &truth, |_| true) < 0.01);
-    assert_eq!(
-        report.terms.iter().map(|t| t.name).collect::<Vec<_>>(),
-        ["reprojection", "bending", "isometry"]
-    );
 }
 
 #[test]
@@ -223,7 +218,7 @@ fn photo_consistency_brings_a_sheet_that_is_pixels_off_onto_its_image_in_other_l
         .map(|i| truth[i] + DVec3::new(5.0, -4.0, 10.0) + 1.5 * wobble(i))
         .collect();
     let bending = Bending::new(&mesh, 1.0).unwrap();
-    let isometry = Isometry::new(&mesh, LengthScale::of(&mesh).unwrap(), 1e3).unwrap();
+    let isometry = Isometry::new(&mesh, 1e3).unwrap();
     let mut solver = MeshSolver::new(&mesh, &[&bending]).unwrap();
     let (bright, dark) = (photograph(1.0), photograph(0.6));
     let mut vertices = start.clone();
@@ -303,7 +298,7 @@ fn metres_and_millimetres_give_the_same_shape_for_all_terms_together() {
         let rest = mesh.vertices().iter().map(|v| v * unit).collect();
         let mesh = mesh.with_vertices(rest).unwrap();
         let truth: Vec<DVec3> = truth.iter().map(|p| p * unit).collect();
-        let scale = LengthScale::of(&mesh).unwrap();
+        let scale = mean_edge_length(&mesh).unwrap();
         let mut image = image_points(&mesh, &truth, 1.0);
         image
             .iter_mut()
@@ -319,8 +314,8 @@ fn metres_and_millimetres_give_the_same_shape_for_all_terms_together() {
         let data = PointData::new(scale, &points(&noisy, 5));
         let image = Reprojection::new(&mesh, &camera(), &image, Robust::Cauchy(3.0)).unwrap();
         let depth = DepthPrior::new(&mesh, &depths, 0.1, Robust::Cauchy(1.0)).unwrap();
-        let isometry = Isometry::new(&mesh, scale, 10.0).unwrap();
-        let arap = Arap::new(&mesh, scale, 1.0, 0.005).unwrap();
+        let isometry = Isometry::new(&mesh, 10.0).unwrap();
+        let arap = Arap::new(&mesh, 1.0, 0.005).unwrap();
         let bending = Bending::new(&mesh, 0.1).unwrap();
         let mut solver = MeshSolver::new(&mesh, &[&isometry, &arap, &bending]).unwrap();
         let start = aligned(&mesh, &points(&truth, 1));
@@ -334,10 +329,8 @@ fn metres_and_millimetres_give_the_same_shape_for_all_terms_together() {
     };
     let (mm, m) = (solve(1.0), solve(1e-3));
     assert!(mm.report.converged && m.report.converged, "{:?}", mm.report);
-    for (a, b) in mm.report.terms.iter().zip(&m.report.terms) {
-        assert!(a.final_energy > 0.0);
-        assert!((a.final_energy / b.final_energy - 1.0).abs() < 1e-4, "{a:?} {b:?}");
-    }
+    let (a, b) = (mm.report.final_energy, m.report.final_energy);
+    assert!(a > 0.0 && (a / b - 1.0).abs() < 1e-4, "{a} {b}");
     let back: Vec<DVec3> = m.vertices.iter().map(|p| p * 1e3).collect();
     println!(
         "all terms: {} and {} iterations, {:e} mm apart",
@@ -353,7 +346,7 @@ fn metres_and_millimetres_give_the_same_shape_for_all_terms_together() {
 fn arap_in_the_mesh_solver_agrees_with_arap_completion() {
     use deepsft_geometry::{ArapCompletion, CompletionOptions};
     let mesh = sheet();
-    let scale = LengthScale::of(&mesh).unwrap();
+    let scale = mean_edge_length(&mesh).unwrap();
     let truth = bent(&mesh, |s| s);
     let seen: Vec<_> = points(&truth, 1)
         .into_iter()
@@ -369,7 +362,7 @@ fn arap_in_the_mesh_solver_agrees_with_arap_completion() {
         .complete(&seen, None)
         .unwrap();
     let data = PointData::new(scale, &seen);
-    let arap = Arap::new(&mesh, scale, 20.0, 0.005).unwrap();
+    let arap = Arap::new(&mesh, 20.0, 0.005).unwrap();
     let mut solver = MeshSolver::new(&mesh, &[&arap]).unwrap();
     let solution = solver
         .solve(&[&data, &arap], &completed.vertices, &SolveOptions::default())
@@ -377,16 +370,16 @@ fn arap_in_the_mesh_solver_agrees_with_arap_completion() {
     assert!(completed.report.converged);
     assert!(rmse(&solution.vertices, &completed.vertices, |_| true) < 1e-3);
     let energy = completed.report.final_energy;
-    let total = (energy.data + 20.0 * energy.arap + 0.005 * energy.smoothness) / scale.get().powi(2);
-    assert!((solution.report.initial_energy() / total - 1.0).abs() < 1e-9);
+    let total = (energy.data + 20.0 * energy.arap + 0.005 * energy.smoothness) / scale.powi(2);
+    assert!((solution.report.initial_energy / total - 1.0).abs() < 1e-9);
 }
 
 #[test]
 fn a_solve_that_runs_out_of_iterations_says_so() {
     let mesh = sheet();
     let truth = bent(&mesh, |s| 2.0 * s);
-    let scale = LengthScale::of(&mesh).unwrap();
-    let (isometry, seen) = (Isometry::new(&mesh, scale, 100.0).unwrap(), points(&truth, 1));
+    let scale = mean_edge_length(&mesh).unwrap();
+    let (isometry, seen) = (Isometry::new(&mesh, 100.0).unwrap(), points(&truth, 1));
     let data = PointData::new(scale, &seen);
     let options = SolveOptions {
         max_iterations: 1,
@@ -397,7 +390,7 @@ fn a_solve_that_runs_out_of_iterations_says_so() {
         .solve(&[&data, &isometry], &aligned(&mesh, &seen), &options)
         .unwrap();
     assert!(!solution.report.converged && solution.report.iterations == 1);
-    assert!(solution.report.final_energy() < solution.report.initial_energy());
+    assert!(solution.report.final_energy < solution.report.initial_energy);
     // The last frame's mesh as the start: one or two steps are enough.
     let warm = solver
         .solve(&[&data, &isometry], &truth, &SolveOptions::default())
@@ -413,11 +406,7 @@ fn a_solve_that_runs_out_of_iterations_says_so() {
 fn starts_and_terms_that_do_not_fit_are_refused() {
     let mesh = sheet();
     let n = mesh.vertices().len();
-    let scale = LengthScale::of(&mesh).unwrap();
-    let (isometry, bending) = (
-        Isometry::new(&mesh, scale, 1.0).unwrap(),
-        Bending::new(&mesh, 1.0).unwrap(),
-    );
+    let (isometry, bending) = (Isometry::new(&mesh, 1.0).unwrap(), Bending::new(&mesh, 1.0).unwrap());
     let mut solver = MeshSolver::new(&mesh, &[]).unwrap();
     let options = SolveOptions::default();
     assert_eq!(

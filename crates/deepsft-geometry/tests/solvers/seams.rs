@@ -3,7 +3,7 @@
 use crate::arap_completion::{complete, points};
 use crate::shapes::{PointData, bent, pose, rmse, sheet};
 use deepsft_geometry::glam::{DVec2, DVec3};
-use deepsft_geometry::solver::{Bending, Isometry, LengthScale, MeshSolver, SolveOptions};
+use deepsft_geometry::solver::{Bending, Isometry, MeshSolver, SolveOptions, mean_edge_length};
 use deepsft_geometry::{ArapCompletion, CompletionOptions, TriangleMesh, VertexPoint, Welding};
 
 /// The sheet with its texture cut into two charts along the middle column: vertices there stand twice. The mesh, and
@@ -82,8 +82,8 @@ fn without_welding_the_mesh_solver_would_tear_what_it_keeps_together_on_the_weld
     let truth: Vec<DVec3> = cut.vertices().iter().map(|&v| pose(v)).collect();
     let start: Vec<DVec3> = cut.vertices().iter().map(|&v| v + 500.0 * DVec3::Z).collect();
     let solved = |mesh: &TriangleMesh, start: &[DVec3], vertex: &dyn Fn(usize) -> usize| {
-        let scale = LengthScale::of(mesh).unwrap();
-        let isometry = Isometry::new(mesh, scale, 10.0).unwrap();
+        let scale = mean_edge_length(mesh).unwrap();
+        let isometry = Isometry::new(mesh, 10.0).unwrap();
         let bending = Bending::new(mesh, 10.0).unwrap();
         // Three corners of the right chart are seen.
         let seen: Vec<_> = (0..truth.len())

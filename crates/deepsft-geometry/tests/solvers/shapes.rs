@@ -1,7 +1,7 @@
 //! Sheets and closed meshes with known deformations.
 
 use deepsft_geometry::glam::{DQuat, DVec2, DVec3, EulerRot};
-use deepsft_geometry::solver::{Energy, LengthScale, ResidualSink};
+use deepsft_geometry::solver::{Energy, ResidualSink};
 use deepsft_geometry::{Picture, Template, TriangleMesh, VertexPoint};
 
 /// The paper's E_data: vertices at measured points, lengths divided by the mean edge length.
@@ -11,10 +11,10 @@ pub struct PointData {
 }
 
 impl PointData {
-    pub fn new(scale: LengthScale, points: &[VertexPoint]) -> Self {
+    pub fn new(scale: f64, points: &[VertexPoint]) -> Self {
         Self {
             points: points.to_vec(),
-            per_length: scale.get().recip(),
+            per_length: scale.recip(),
         }
     }
 }

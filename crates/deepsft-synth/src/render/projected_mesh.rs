@@ -36,7 +36,7 @@ impl ProjectedMesh {
     /// sheet, front or back.
     pub(crate) fn each_seen(&self, mut each: impl FnMut(usize, f64, f64)) {
         let width = self.0.camera().width();
-        for (index, column, row) in self.0.window().pixels() {
+        for (index, (column, row)) in self.0.region().pixels().enumerate() {
             let triangle = self
                 .0
                 .centres()
@@ -58,12 +58,12 @@ impl ProjectedMesh {
     /// Paints the sheet over `frame`: the texture on the front, blank paper on the back. Pixels inside a surface are
     /// shaded once with a filtered texture, pixels on an outline once a subsample.
     pub(crate) fn paint(&self, frame: &mut Frame, texture: &Texture, paper: &Paper, light: &Lighting) {
-        let subsamples = SUBSAMPLES.map(|offset| Visibility::new(self.0.triangles(), self.0.window(), offset));
+        let subsamples = SUBSAMPLES.map(|offset| Visibility::new(self.0.triangles(), self.0.region(), offset));
         let shade = |index: usize, at: DVec2| match &self.0.triangles()[index] {
             Some(triangle) => self.shade(triangle, at, texture, paper, light),
             None => Vec3::ZERO,
         };
-        for (index, column, row) in self.0.window().pixels() {
+        for (index, (column, row)) in self.0.region().pixels().enumerate() {
             let seen = [0, 1, 2, 3].map(|k| subsamples[k].triangle(index));
             if seen.iter().all(Option::is_none) {
                 continue;

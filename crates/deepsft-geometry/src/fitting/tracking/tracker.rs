@@ -188,9 +188,9 @@ impl Tracker {
         let searched = std::mem::replace(&mut self.searched, doubt);
         self.missed = missed;
         let meshes = candidate?;
-        let (reached, points) = meshes
-            .last()
-            .map_or((0.0, 0), |Fitted { correlation, .. }| (correlation.whole, correlation.points));
+        let (reached, points) = meshes.last().map_or((0.0, 0), |Fitted { correlation, .. }| {
+            (correlation.whole, correlation.points)
+        });
         if was_found && reached <= self.correlation() {
             self.searched = None;
             return Ok(TrackUpdate::Confirmed);
@@ -332,7 +332,7 @@ impl Tracker {
             ..*grey
         };
         let mut mask = print.values.clone();
-        for (index, (column, row)) in drawing.part.pixels().enumerate() {
+        for (index, (column, row)) in drawing.region.pixels().enumerate() {
             let pixel = row * grey.size.width + column;
             (print.values[pixel], mask[pixel]) = (drawing.print[index], drawing.mask[index]);
         }

@@ -5,7 +5,7 @@ use crate::error::GeometryError;
 use crate::mesh::TriangleMesh;
 use crate::solver::checked::check_weight;
 use crate::solver::energy::{Energy, ResidualSink};
-use crate::solver::length_scale::LengthScale;
+use crate::solver::mean_edge_length::mean_edge_length;
 use glam::DVec3;
 
 /// Weight of E_arap in the paper's equation `arap`.
@@ -30,18 +30,13 @@ impl Arap {
     /// solver couples only neighbours and is about three times faster.
     ///
     /// # Errors
-    /// [`GeometryError::Weight`] for a weight that is negative or not finite.
-    pub fn new(
-        template: &TriangleMesh,
-        scale: LengthScale,
-        weight: f64,
-        smoothness_weight: f64,
-    ) -> Result<Self, GeometryError> {
+    /// [`GeometryError::Weight`] for a weight that is negative or not finite, [`GeometryError::MeshWithoutExtent`].
+    pub fn new(template: &TriangleMesh, weight: f64, smoothness_weight: f64) -> Result<Self, GeometryError> {
         check_weight("arap", weight)?;
         check_weight("smoothness", smoothness_weight)?;
         Ok(Self {
             prior: ArapCells::new(template, weight, smoothness_weight),
-            per_length: scale.get().recip(),
+            per_length: mean_edge_length(template)?.recip(),
         })
     }
 }
@@ -59,8 +54,6 @@ impl Energy for Arap {
                 stencil.push(i);
                 stencil.extend(self.prior.neighbours(i).map(|n| n.0));
                 visit(&stencil);
-            } else {
-                self.prior.neighbours(i).for_each(|(j, _)| visit(&[i, j]));
             }
         }
     }

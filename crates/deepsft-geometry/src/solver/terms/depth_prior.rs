@@ -28,11 +28,10 @@ pub struct DepthPrior {
 
 impl DepthPrior {
     /// Takes the depths of one frame; `robust` has its scale in standard deviations. Depths that are not
-    /// finite or lie on a face that names a vertex twice are left out.
+    /// finite or lie on no face, or on one that names a vertex twice, are left out.
     ///
     /// # Errors
-    /// [`GeometryError::FaceOutOfRange`] for a face that `template` lacks, [`GeometryError::Weight`] for
-    /// a weight, deviation or scale that cannot be one.
+    /// [`GeometryError::Weight`] for a weight, deviation or scale that cannot be one.
     pub fn new(
         template: &TriangleMesh,
         points: &[PointDepth],
@@ -44,7 +43,7 @@ impl DepthPrior {
         let mut kept = Vec::with_capacity(points.len());
         for point in points {
             check_scale("depth prior", point.deviation)?;
-            if let Some(anchored) = AnchoredPoint::new(template, point.point)?
+            if let Some(anchored) = AnchoredPoint::new(template, point.point)
                 && point.depth.is_finite()
             {
                 kept.push((anchored, point.depth, point.deviation.recip()));
@@ -61,10 +60,6 @@ impl DepthPrior {
 impl Energy for DepthPrior {
     fn name(&self) -> &'static str {
         "depth prior"
-    }
-
-    fn stencils(&self, visit: &mut dyn FnMut(&[usize])) {
-        self.points.iter().for_each(|(p, ..)| visit(&p.corners));
     }
 
     fn energy(&self, vertices: &[DVec3]) -> f64 {

@@ -4,7 +4,7 @@ use crate::error::GeometryError;
 use crate::mesh::TriangleMesh;
 use crate::solver::checked::check_weight;
 use crate::solver::energy::{Energy, ResidualSink};
-use crate::solver::length_scale::LengthScale;
+use crate::solver::mean_edge_length::mean_edge_length;
 use glam::DVec3;
 
 /// Isometry: weight times the sum over edges of ((|p_i - p_j| - |q_i - q_j|) / mean edge length)^2. The
@@ -21,15 +21,15 @@ impl Isometry {
     /// For the edges of `template`. With point or image data of weight 1 a sheet of paper wants 1e2 to 1e4.
     ///
     /// # Errors
-    /// [`GeometryError::Weight`] for a weight that is negative or not finite.
-    pub fn new(template: &TriangleMesh, scale: LengthScale, weight: f64) -> Result<Self, GeometryError> {
+    /// [`GeometryError::Weight`] for a weight that is negative or not finite, [`GeometryError::MeshWithoutExtent`].
+    pub fn new(template: &TriangleMesh, weight: f64) -> Result<Self, GeometryError> {
         check_weight("isometry", weight)?;
         let v = template.vertices();
         let edges = template.edges().into_iter().filter(|[a, b]| a != b);
         Ok(Self {
             edges: edges.map(|[a, b]| ([a, b], v[a].distance(v[b]))).collect(),
             weight,
-            per_length: scale.get().recip(),
+            per_length: mean_edge_length(template)?.recip(),
         })
     }
 }
@@ -37,10 +37,6 @@ impl Isometry {
 impl Energy for Isometry {
     fn name(&self) -> &'static str {
         "isometry"
-    }
-
-    fn stencils(&self, visit: &mut dyn FnMut(&[usize])) {
-        self.edges.iter().for_each(|(edge, _)| visit(edge));
     }
 
     fn energy(&self, vertices: &[DVec3]) -> f64 {

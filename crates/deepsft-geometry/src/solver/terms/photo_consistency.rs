@@ -51,8 +51,7 @@ impl<'a> PhotoConsistency<'a> {
     /// blur's width in pixels: solve from coarse to fine.
     ///
     /// # Errors
-    /// [`GeometryError::MapSize`] when the image is not of the camera's size,
-    /// [`GeometryError::FaceOutOfRange`], [`GeometryError::Weight`] for points and weights that cannot be.
+    /// [`GeometryError::MapSize`] when the image is not of the camera's size, [`GeometryError::Weight`] for weights that cannot be.
     pub fn new(
         template: &TriangleMesh,
         camera: &Camera,
@@ -66,7 +65,7 @@ impl<'a> PhotoConsistency<'a> {
         check_size(image.size(), camera.size())?;
         let mut kept = Vec::with_capacity(points.len());
         for point in points {
-            if let Some(anchored) = AnchoredPoint::new(template, point.point)?
+            if let Some(anchored) = AnchoredPoint::new(template, point.point)
                 && point.value.is_finite()
             {
                 kept.push((anchored, point.value));
@@ -109,10 +108,6 @@ impl<'a> PhotoConsistency<'a> {
 impl Energy for PhotoConsistency<'_> {
     fn name(&self) -> &'static str {
         "photo-consistency"
-    }
-
-    fn stencils(&self, visit: &mut dyn FnMut(&[usize])) {
-        self.points.iter().for_each(|(p, _)| visit(&p.corners));
     }
 
     fn energy(&self, vertices: &[DVec3]) -> f64 {

@@ -30,11 +30,11 @@ pub struct Reprojection {
 
 impl Reprojection {
     /// Takes the registered points of one frame. `robust` has its scale in pixels (Cauchy with 2 to 4 px suits a
-    /// network's registration). Points that are not finite or lie on a face that names a vertex twice are left out.
+    /// network's registration). Points that are not finite or lie on no face, or on one that names a vertex
+    /// twice, are left out.
     ///
     /// # Errors
-    /// [`GeometryError::FaceOutOfRange`] for a face that `template` lacks, [`GeometryError::Weight`] for
-    /// a weight that is negative or not finite or a robust scale that is not positive.
+    /// [`GeometryError::Weight`] for a weight that is negative or not finite or a robust scale that is not positive.
     pub fn new(
         template: &TriangleMesh,
         camera: &Camera,
@@ -45,7 +45,7 @@ impl Reprojection {
         let mut kept = Vec::with_capacity(points.len());
         for point in points {
             check_weight("reprojection", point.weight)?;
-            if let Some(anchored) = AnchoredPoint::new(template, point.point)?
+            if let Some(anchored) = AnchoredPoint::new(template, point.point)
                 && point.pixel.is_finite()
             {
                 kept.push((anchored, point.pixel, point.weight));
@@ -62,10 +62,6 @@ impl Reprojection {
 impl Energy for Reprojection {
     fn name(&self) -> &'static str {
         "reprojection"
-    }
-
-    fn stencils(&self, visit: &mut dyn FnMut(&[usize])) {
-        self.points.iter().for_each(|(p, ..)| visit(&p.corners));
     }
 
     fn energy(&self, vertices: &[DVec3]) -> f64 {
