@@ -81,7 +81,7 @@ impl ProjectedMesh {
         let coarse = camera.resized((width.div_ceil(COARSER), height.div_ceil(COARSER)))?;
         Ok(Self {
             coarse: VisibleSurface::new(mesh, vertices, &coarse),
-            scale: coarse.size().as_dvec2() / DVec2::new(width as f64, height as f64),
+            scale: coarse.size().as_dvec2() / camera.size().as_dvec2(),
             size_mm,
             focal: camera.focal().x,
         })
@@ -90,12 +90,7 @@ impl ProjectedMesh {
     /// What the surface says of a match at `pixel`. `None` where its front is not seen.
     fn at(&self, pixel: Vec2) -> Option<Expected> {
         let at = pixel.as_dvec2() * self.scale;
-        let window = self.coarse.window();
-        let (column, row) = (at.x as usize, at.y as usize);
-        if !window.columns.contains(&column) || !window.rows.contains(&row) {
-            return None;
-        }
-        let index = (row - window.rows.start) * window.columns.len() + column - window.columns.start;
+        let index = self.coarse.region().index(at.x as usize, at.y as usize)?;
         let triangle = self.coarse.triangles()[self.coarse.centres().triangle(index)?].as_ref()?;
         let point = triangle.front.then(|| triangle.seen_point(at.x, at.y))?;
         // Change of the place for a step in the image: the rotation nearest to the matrix with these columns.

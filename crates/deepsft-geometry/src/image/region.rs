@@ -59,7 +59,7 @@ impl Region {
     }
 
     /// Where the pixel of the image with this column and row is stored, if it lies in the rectangle.
-    pub(crate) fn index(&self, column: usize, row: usize) -> Option<usize> {
+    pub fn index(&self, column: usize, row: usize) -> Option<usize> {
         let (x, y) = (column.wrapping_sub(self.left), row.wrapping_sub(self.top));
         (x < self.width && y < self.height).then(|| y * self.width + x)
     }
