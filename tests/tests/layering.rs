@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 const ARROWS: &[(&str, &[&str])] = &[
     ("deepsft-geometry", &[]),
     ("deepsft-finding", &["deepsft-geometry"]),
+    ("deepsft-calibration", &["deepsft-geometry"]),
     ("deepsft-formats", &["deepsft-geometry"]),
     ("deepsft-inference", &["deepsft-geometry"]),
     (
@@ -37,6 +38,7 @@ const ARROWS: &[(&str, &[&str])] = &[
         "deepsft-cli",
         &[
             "deepsft",
+            "deepsft-calibration",
             "deepsft-network",
             "deepsft-synth",
             "deepsft-train",

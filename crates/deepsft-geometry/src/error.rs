@@ -99,24 +99,6 @@ pub enum GeometryError {
         /// Size expected.
         expected: ImageSize,
     },
-    /// Too few views of a flat target hold enough points.
-    #[error("{actual} views show enough of the target, expected {expected} or more")]
-    CalibrationViews {
-        /// Views with enough points.
-        actual: usize,
-        /// Views needed.
-        expected: usize,
-    },
-    /// The views of a flat target leave the camera open.
-    #[error(
-        "the views leave the focal length open (standard deviation {:.0} %): tilt the target or the camera by 20 to 40 degrees, \
-         each time another way",
-        100.0 * deviation
-    )]
-    CalibrationUndetermined {
-        /// Standard deviation of the focal length as a fraction of it; infinite where nothing fits.
-        deviation: f64,
-    },
 }
 
 /// Refuses a start shape that does not have the `expected` number of vertices.

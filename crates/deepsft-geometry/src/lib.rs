@@ -30,7 +30,6 @@ pub mod fitting;
 mod image;
 mod maps;
 mod mesh;
-pub mod planar_calibration;
 mod recovery;
 pub mod solver;
 mod surface;

@@ -3,8 +3,7 @@
 mod board;
 mod calibrate;
 mod chart;
-mod detection;
-mod refinement;
+mod target;
 
 use anyhow::Result;
 use clap::Subcommand;

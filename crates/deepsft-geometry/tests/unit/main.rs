@@ -13,7 +13,6 @@ mod mipmap;
 mod one_euro;
 mod photo_consistency;
 mod pinhole;
-mod planar_calibration;
 mod rigid_motion;
 mod self_calibration;
 mod surface_locator;

@@ -2,23 +2,29 @@
 
 use super::board::Squares;
 use super::chart;
-use super::detection::Detector;
+use super::target::FlatTarget;
 use crate::failure::{BlameInput, usage};
 use crate::input;
 use crate::numbers::SizeMm;
 use crate::object_choice::printed;
 use crate::video::Video;
 use anyhow::{Context, Result, anyhow, bail};
-use clap::{Args, ValueEnum};
+use clap::Args;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use deepsft::encode_png;
+use deepsft_calibration::{
+    Calibration, CalibrationError, CameraModel, CameraParameter, CornerDetector, Correspondence, calibrate,
+};
 use deepsft_formats::{CameraFile, read_template};
-use deepsft_geometry::planar_calibration::{CameraModel, PlanarCalibration, PlanarView, calibrate};
-use deepsft_geometry::{GeometryError, ImageSize, Picture};
+use deepsft_geometry::{ImageSize, Picture};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
 /// Views that are solved for; more of a video say nothing new.
 const MAX_VIEWS: usize = 60;
+
+/// Side of a board's square, mm: the camera does not depend on it.
+const ANY_SQUARE_MM: f64 = 30.0;
 
 /// The calibration takes every frame of photographs, and of a video one in this many.
 const VIDEO_STEP: usize = 10;
@@ -53,8 +59,8 @@ pub struct CalibrateArguments {
     #[arg(long, value_name = "SIZE", requires = "picture")]
     size_mm: Option<SizeMm>,
     /// What is unknown of the camera [default: as little as explains the views]
-    #[arg(long, value_name = "MODEL", value_enum)]
-    model: Option<ModelChoice>,
+    #[arg(long, value_name = "MODEL", value_parser = model())]
+    model: Option<CameraModel>,
     /// Camera file to write; the picture beside it has its name with .png
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
@@ -80,18 +86,11 @@ struct TargetChoice {
     template: Option<PathBuf>,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
-enum ModelChoice {
-    /// One focal length; the principal point is the centre
-    Focal,
-    /// fx, fy, cx, cy
-    Pinhole,
-    /// ... and k1, k2
-    Radial,
-    /// ... and k1, k2, p1, p2, k3
-    Polynomial,
-    /// fx, fy, cx, cy and the k1, k2, k3, k4 of OpenCV's fisheye
-    Fisheye,
+/// A camera model by its name.
+fn model() -> impl TypedValueParser<Value = CameraModel> {
+    let named = |name: String| CameraModel::NAMED.into_iter().find(|(known, _)| *known == name);
+    PossibleValuesParser::new(CameraModel::NAMED.map(|(name, _)| name))
+        .try_map(move |name| named(name).map(|(_, model)| model).ok_or("no such model"))
 }
 
 /// The content of the camera file.
@@ -105,20 +104,13 @@ struct CalibratedFile {
 #[derive(Serialize)]
 struct Report {
     target: &'static str,
-    model: String,
+    model: &'static str,
     rms_px: f64,
     points: usize,
     points_left_out: usize,
-    parameters: Vec<ParameterReport>,
+    parameters: Vec<CameraParameter>,
     views: Vec<ViewReport>,
     deepsft_version: &'static str,
-}
-
-#[derive(Serialize)]
-struct ParameterReport {
-    name: &'static str,
-    value: f64,
-    standard_deviation: f64,
 }
 
 #[derive(Serialize)]
@@ -130,31 +122,23 @@ struct ViewReport {
 }
 
 pub fn run(arguments: &CalibrateArguments) -> Result<()> {
-    let mut detector = detector(arguments)?;
-    let seen = views(&mut detector, &arguments.inputs)?;
-    let model = arguments.model.map(|model| match model {
-        ModelChoice::Focal => CameraModel::Focal,
-        ModelChoice::Pinhole => CameraModel::Pinhole,
-        ModelChoice::Radial => CameraModel::Radial,
-        ModelChoice::Polynomial => CameraModel::Polynomial,
-        ModelChoice::Fisheye => CameraModel::Fisheye,
-    });
-    let found = calibrate(&seen.views, seen.size, model)
-        .map_err(|error| explained(error, &detector, &seen))
+    let mut target = target(arguments)?;
+    let seen = views(&mut target, &arguments.inputs)?;
+    let found = calibrate(&seen.views, seen.size, arguments.model)
+        .map_err(|error| explained(error, &target, &seen))
         .blame("photographs", &arguments.inputs[0])?;
-    let report = report(&detector, seen.names, &found);
-    print(&report, &arguments.out, seen.size, model.is_none());
+    let picture = chart::chart(seen.size, &seen.views, &found);
     let file = CalibratedFile {
         camera: CameraFile::new(&found.camera),
-        calibration: report,
+        calibration: report(&target, seen.names, found),
     };
-    let picture = chart::chart(seen.size, &seen.views, &found);
+    print(&file.calibration, &arguments.out, seen.size, arguments.model.is_none());
     deepsft_formats::write_file(&arguments.out.with_extension("png"), &encode_png(&picture)?)?;
     deepsft_formats::write_file(&arguments.out, &serde_json::to_vec_pretty(&file)?)?;
     Ok(())
 }
 
-fn detector(arguments: &CalibrateArguments) -> Result<Detector> {
+fn target(arguments: &CalibrateArguments) -> Result<FlatTarget> {
     if arguments.out.extension().is_some_and(|extension| extension == "png") {
         return Err(usage(
             "--out is the camera file (camera.json); the picture is written beside it",
@@ -162,34 +146,36 @@ fn detector(arguments: &CalibrateArguments) -> Result<Detector> {
     }
     let target = &arguments.target;
     if let Some(squares) = target.charuco {
-        return Detector::charuco(squares);
+        let board = squares.board(ANY_SQUARE_MM)?;
+        let detector = CornerDetector::charuco(&board).map_err(|error| usage(error.to_string()))?;
+        return Ok(FlatTarget::Board(detector));
     }
     if target.checkerboard {
-        return Detector::checkerboard();
+        return Ok(FlatTarget::Board(CornerDetector::checkerboard()?));
     }
     if let (Some(file), Some(size)) = (&target.picture, arguments.size_mm) {
-        return Detector::print(printed(file, size)?);
+        return FlatTarget::print(printed(file, size)?);
     }
     let folder = target.template.as_ref().context("a target is needed")?;
     let template = read_template(folder)?;
     if !template.is_sheet() {
         return Err(anyhow!("it is no flat sheet")).blame("template", folder);
     }
-    Detector::print(template)
+    FlatTarget::print(template)
 }
 
 /// What was seen of the target.
 struct Seen {
     /// Columns and rows of all photographs.
     size: ImageSize,
-    views: Vec<PlanarView>,
+    views: Vec<Vec<Correspondence>>,
     /// Their files, or the numbers of their frames.
     names: Vec<String>,
     /// How many photographs were looked at.
     photographs: usize,
 }
 
-fn views(detector: &mut Detector, inputs: &[PathBuf]) -> Result<Seen> {
+fn views(target: &mut FlatTarget, inputs: &[PathBuf]) -> Result<Seen> {
     let mut seen: Option<Seen> = None;
     let mut look = |name: String, picture: &Picture| -> Result<()> {
         let size = picture.size();
@@ -206,13 +192,13 @@ fn views(detector: &mut Detector, inputs: &[PathBuf]) -> Result<Seen> {
             );
         }
         seen.photographs += 1;
-        match detector.detect(picture)? {
+        match target.detect(picture)? {
             Some(view) => {
-                println!("{name}: {} points", view.points.len());
+                println!("{name}: {} points", view.len());
                 seen.views.push(view);
                 seen.names.push(name);
             }
-            None => println!("{name}: no {}", detector.name()),
+            None => println!("{name}: no {}", target.name()),
         }
         Ok(())
     };
@@ -246,43 +232,31 @@ fn is_picture(path: &Path) -> bool {
 }
 
 /// What to do about an error.
-fn explained(error: GeometryError, detector: &Detector, seen: &Seen) -> anyhow::Error {
-    let (views, photographs) = (seen.views.len(), seen.photographs);
+fn explained(error: CalibrationError, target: &FlatTarget, seen: &Seen) -> anyhow::Error {
+    let (views, photographs, name) = (seen.views.len(), seen.photographs, target.name());
     match error {
-        GeometryError::CalibrationViews { .. } if views == 0 => anyhow!(
-            "no {0} was seen in any of the {photographs} photographs: is it the right one, sharp, evenly lit, and large enough in the image?",
-            detector.name()
+        CalibrationError::Views { .. } if views == 0 => anyhow!(
+            "no {name} was seen in any of the {photographs} photographs: is it the right one, sharp, evenly lit, and large enough in the image?"
         ),
-        GeometryError::CalibrationViews { actual, expected } if actual < views => anyhow!(
-            "{views} of the {photographs} photographs show the {}, but only {actual} of them as one camera sees a flat one: at least \
-             {expected} are needed and 10 to 20 are good; is it flat, and the zoom the same?",
-            detector.name()
+        CalibrationError::Views { actual, expected } if actual < views => anyhow!(
+            "{views} of the {photographs} photographs show the {name}, but only {actual} of them as one camera sees a flat one: at least \
+             {expected} are needed and 10 to 20 are good; is it flat, and the zoom the same?"
         ),
-        GeometryError::CalibrationViews { expected, .. } => anyhow!(
-            "{views} of the {photographs} photographs show the {}, at least {expected} are needed and 10 to 20 are good",
-            detector.name()
+        CalibrationError::Views { expected, .. } => anyhow!(
+            "{views} of the {photographs} photographs show the {name}, at least {expected} are needed and 10 to 20 are good"
         ),
         other => other.into(),
     }
 }
 
-fn report(detector: &Detector, names: Vec<String>, found: &PlanarCalibration) -> Report {
+fn report(target: &FlatTarget, names: Vec<String>, found: Calibration) -> Report {
     let residuals = || found.views.iter().flat_map(|view| &view.residuals_px);
     Report {
-        target: detector.name(),
-        model: format!("{:?}", found.model).to_lowercase(),
+        target: target.name(),
+        model: found.model.name(),
         rms_px: found.rms_px,
         points: residuals().flatten().count(),
         points_left_out: residuals().filter(|residual| residual.is_none()).count(),
-        parameters: found
-            .parameters
-            .iter()
-            .map(|p| ParameterReport {
-                name: p.name,
-                value: p.value,
-                standard_deviation: p.deviation,
-            })
-            .collect(),
         views: (names.into_iter().zip(&found.views))
             .map(|(name, view)| ViewReport {
                 name,
@@ -290,6 +264,7 @@ fn report(detector: &Detector, names: Vec<String>, found: &PlanarCalibration) ->
                 rms_px: view.rms_px,
             })
             .collect(),
+        parameters: found.parameters,
         deepsft_version: env!("CARGO_PKG_VERSION"),
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::output::canvas::Canvas;
 use crate::output::lettering::{Align, Lettering};
-use deepsft_geometry::planar_calibration::{PlanarCalibration, PlanarView};
+use deepsft_calibration::{Calibration, Correspondence};
 use deepsft_geometry::{ImageSize, Picture};
 
 /// Width of the camera's image in the picture, pixels.
@@ -24,7 +24,7 @@ const DOT: [u8; 3] = [24, 100, 171];
 const WRONG: [u8; 3] = [224, 49, 49];
 
 /// The picture for photographs of `size`.
-pub fn chart(size: ImageSize, views: &[PlanarView], found: &PlanarCalibration) -> Picture {
+pub fn chart(size: ImageSize, views: &[Vec<Correspondence>], found: &Calibration) -> Picture {
     let scale = WIDTH / size.width as f64;
     let height = size.height as f64 * scale;
     let mut canvas = Canvas::new(WIDTH as usize, (height + 2.0 * BAND) as usize, [255; 3]);
@@ -35,10 +35,10 @@ pub fn chart(size: ImageSize, views: &[PlanarView], found: &PlanarCalibration) -
         views
             .iter()
             .zip(&found.views)
-            .flat_map(|(seen, view)| seen.points.iter().zip(&view.residuals_px))
+            .flat_map(|(seen, view)| seen.iter().map(|point| point.pixel).zip(&view.residuals_px))
     };
-    for ((_, pixel), _) in points() {
-        let at = (*pixel * scale / cell).as_usizevec2();
+    for (pixel, _) in points() {
+        let at = (pixel * scale / cell).as_usizevec2();
         covered[at.y.min(rows - 1) * columns + at.x.min(columns - 1)] = true;
     }
     for (index, is_covered) in covered.iter().enumerate() {
@@ -47,7 +47,7 @@ pub fn chart(size: ImageSize, views: &[PlanarView], found: &PlanarCalibration) -
         canvas.fill(left, BAND + top, cell.min(WIDTH - left), cell.min(height - top), color);
     }
     let times = RESIDUAL / found.rms_px.max(1e-3);
-    for ((_, pixel), residual) in points() {
+    for (pixel, residual) in points() {
         let at = (pixel.x * scale, BAND + pixel.y * scale);
         let Some(residual) = residual else {
             canvas.dot(at, 3.5, WRONG);

@@ -1,8 +1,10 @@
 //! Calibration with a flat target: against OpenCV 5.0.0 on the same points, and against the truth.
 
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+use deepsft_calibration::{Calibration, CalibrationError, CameraModel, Correspondence, calibrate};
 use deepsft_geometry::glam::{DQuat, DVec2, DVec3};
-use deepsft_geometry::planar_calibration::{CameraModel, PlanarCalibration, PlanarView, calibrate};
-use deepsft_geometry::{Camera, GeometryError, ImageSize};
+use deepsft_geometry::{Camera, ImageSize};
 
 const SIZE: ImageSize = ImageSize {
     width: 1280,
@@ -32,25 +34,24 @@ fn fisheye() -> Camera {
 }
 
 /// What `camera` sees of the board, moved by up to `noise_px` in a way that another program can repeat.
-fn views(camera: &Camera, poses: &[([f64; 3], [f64; 3])], noise_px: f64) -> Vec<PlanarView> {
+fn views(camera: &Camera, poses: &[([f64; 3], [f64; 3])], noise_px: f64) -> Vec<Vec<Correspondence>> {
     let view = |(view, &(turn, shift)): (usize, &([f64; 3], [f64; 3]))| {
         let point = |i: usize| {
-            let place = 30.0 * DVec2::new((i % 7) as f64, (i / 7) as f64);
-            let p_camera = DQuat::from_scaled_axis(DVec3::from(turn)) * place.extend(0.0) + DVec3::from(shift);
+            let place_mm = 30.0 * DVec2::new((i % 7) as f64, (i / 7) as f64);
+            let p_camera = DQuat::from_scaled_axis(DVec3::from(turn)) * place_mm.extend(0.0) + DVec3::from(shift);
             let angle = 12.9898 * i as f64 + 78.233 * view as f64;
             let noise = noise_px * DVec2::new((3.1 * angle).sin(), (5.7 * angle + 1.0).sin());
-            (place, camera.project(p_camera).unwrap() + noise)
+            let pixel = camera.project(p_camera).unwrap() + noise;
+            Correspondence { place_mm, pixel }
         };
-        PlanarView {
-            points: (0..35).map(point).collect(),
-        }
+        (0..35).map(point).collect()
     };
     poses.iter().enumerate().map(view).collect()
 }
 
-fn value(found: &PlanarCalibration, name: &str) -> (f64, f64) {
+fn value(found: &Calibration, name: &str) -> (f64, f64) {
     let parameter = found.parameters.iter().find(|p| p.name == name).unwrap();
-    (parameter.value, parameter.deviation)
+    (parameter.value, parameter.standard_deviation)
 }
 
 #[test]
@@ -165,7 +166,7 @@ fn the_model_with_the_fewest_parameters_that_explains_the_views_is_chosen() {
 fn points_that_are_wrong_are_left_out() {
     let mut views = views(&distorting(), &POSES, 0.1);
     for (view, point, shift) in [(0, 3, 13.0), (2, 17, 4.0), (2, 30, -60.0), (5, 0, 250.0)] {
-        views[view].points[point].1.x += shift;
+        views[view][point].pixel.x += shift;
     }
     let found = calibrate(&views, SIZE, Some(CameraModel::Radial)).unwrap();
     let left_out: Vec<_> = (0..6)
@@ -181,27 +182,23 @@ fn a_view_that_cannot_be_used_is_left_out_and_the_others_give_the_camera() {
     let good = views(&distorting(), &POSES, 0.1);
     // All but five points are found elsewhere, each in another direction.
     let mut scattered = good[2].clone();
-    for (i, (_, pixel)) in scattered.points.iter_mut().enumerate().skip(5) {
-        *pixel += 100.0 * DVec2::from_angle(2.4 * i as f64);
+    for (i, point) in scattered.iter_mut().enumerate().skip(5) {
+        point.pixel += 100.0 * DVec2::from_angle(2.4 * i as f64);
     }
     // Five points are too few, and points on a line have no pose.
-    let few = PlanarView {
-        points: good[2].points[..5].to_vec(),
-    };
-    let line = PlanarView {
-        points: good[2].points[..7].to_vec(),
-    };
+    let few = good[2][..5].to_vec();
+    let line = good[2][..7].to_vec();
     let without = [&good[..2], &good[3..]].concat();
     for model in [Some(CameraModel::Radial), None] {
         let expected = calibrate(&without, SIZE, model).unwrap();
-        for bad in [&scattered, &few, &line, &PlanarView::default()] {
+        for bad in [&scattered, &few, &line, &Vec::new()] {
             let mut all = good.clone();
             all[2] = bad.clone();
             let found = calibrate(&all, SIZE, model).unwrap();
             assert_eq!((found.model, found.used_views()), (expected.model, 5));
             assert!((found.camera.focal() - expected.camera.focal()).length() < 1e-3);
             assert_eq!(found.views[2].rms_px, None);
-            assert_eq!(found.views[2].residuals_px, vec![None; bad.points.len()]);
+            assert_eq!(found.views[2].residuals_px, vec![None; bad.len()]);
             assert!(
                 found
                     .views
@@ -212,19 +209,19 @@ fn a_view_that_cannot_be_used_is_left_out_and_the_others_give_the_camera() {
         }
     }
     let error = calibrate(&[good[0].clone(), scattered, good[1].clone()], SIZE, None).unwrap_err();
-    assert_eq!(error, GeometryError::CalibrationViews { actual: 2, expected: 3 });
+    assert_eq!(error, CalibrationError::Views { actual: 2, expected: 3 });
 }
 
 #[test]
 fn too_few_views_and_parallel_ones_are_refused() {
     let all = views(&ordinary(), &POSES, 0.25);
     let error = calibrate(&all[..2], SIZE, None).unwrap_err();
-    assert_eq!(error, GeometryError::CalibrationViews { actual: 2, expected: 3 });
+    assert_eq!(error, CalibrationError::Views { actual: 2, expected: 3 });
     let parallel = [0.0, 1.0, 2.0, 3.0].map(|k| ([0.0, 0.0, 0.2 * k], [-100.0 + 20.0 * k, -60.0, 400.0 + 30.0 * k]));
     for model in [None, Some(CameraModel::Focal), Some(CameraModel::Pinhole)] {
         let error = calibrate(&views(&ordinary(), &parallel, 0.25), SIZE, model).unwrap_err();
         assert!(
-            matches!(error, GeometryError::CalibrationUndetermined { .. }),
+            matches!(error, CalibrationError::Undetermined { .. }),
             "{model:?} {error}"
         );
         assert!(error.to_string().contains("tilt the target"), "{error}");

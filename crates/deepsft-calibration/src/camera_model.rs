@@ -1,9 +1,8 @@
 //! Which of a camera's numbers are solved for.
 
-use crate::camera::{Camera, Lens};
-use crate::error::GeometryError;
-use crate::image::ImageSize;
-use glam::DVec2;
+use deepsft_geometry::glam::DVec2;
+use deepsft_geometry::{Camera, GeometryError, ImageSize, Lens};
+use serde::Serialize;
 
 /// What is unknown of a camera. All but [`CameraModel::Fisheye`] are cases of the last before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -22,19 +21,34 @@ pub enum CameraModel {
 }
 
 /// A number of a camera, and how well the views hold it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct CameraParameter {
     /// As in `camera.json`: `fx`, `cy`, `k1`; of [`CameraModel::Focal`] `f`.
     pub name: &'static str,
     /// Its value: pixels, or a coefficient.
     pub value: f64,
     /// Its standard deviation, in the same unit, from the residuals and their derivatives.
-    pub deviation: f64,
+    pub standard_deviation: f64,
 }
 
 impl CameraModel {
+    /// All models with their names.
+    pub const NAMED: [(&str, Self); 5] = [
+        ("focal", Self::Focal),
+        ("pinhole", Self::Pinhole),
+        ("radial", Self::Radial),
+        ("polynomial", Self::Polynomial),
+        ("fisheye", Self::Fisheye),
+    ];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        let named = Self::NAMED.into_iter().find(|(_, model)| *model == self);
+        named.map_or("", |(name, _)| name)
+    }
+
     /// The names of its parameters.
-    pub(super) fn names(self) -> &'static [&'static str] {
+    pub(crate) fn names(self) -> &'static [&'static str] {
         match self {
             Self::Focal => &["f"],
             Self::Pinhole => &["fx", "fy", "cx", "cy"],
@@ -45,7 +59,7 @@ impl CameraModel {
     }
 
     /// The parameters of `camera`.
-    pub(super) fn values(self, camera: &Camera) -> Vec<f64> {
+    pub(crate) fn values(self, camera: &Camera) -> Vec<f64> {
         let (focal, centre) = (camera.focal(), camera.principal_point());
         let coefficients = match camera.lens() {
             Lens::Pinhole => vec![0.0; 5],
@@ -62,7 +76,7 @@ impl CameraModel {
     }
 
     /// The camera with these parameters.
-    pub(super) fn camera(self, values: &[f64], size: ImageSize) -> Result<Camera, GeometryError> {
+    pub(crate) fn camera(self, values: &[f64], size: ImageSize) -> Result<Camera, GeometryError> {
         if let &[f] = values {
             return Camera::pinhole(size, DVec2::splat(f), size.as_dvec2() / 2.0);
         }
@@ -76,7 +90,7 @@ impl CameraModel {
     }
 
     /// The derivatives with respect to the parameters of where `camera` shows the ray (x, y, 1).
-    pub(super) fn gradients(self, camera: &Camera, ray: DVec2, pixel: DVec2) -> Vec<DVec2> {
+    pub(crate) fn gradients(self, camera: &Camera, ray: DVec2, pixel: DVec2) -> Vec<DVec2> {
         let focal = camera.focal();
         let distorted = (pixel - camera.principal_point()) / focal;
         let r2 = ray.length_squared();

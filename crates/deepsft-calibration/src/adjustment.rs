@@ -1,11 +1,11 @@
 //! Camera and poses together, by Levenberg-Marquardt on the distances in the image.
 
-use super::camera_model::CameraModel;
-use crate::camera::Camera;
-use crate::mesh::RigidMotion;
+use crate::camera_model::CameraModel;
+use crate::correspondence::Correspondence;
+use deepsft_geometry::glam::{DQuat, DVec2, DVec3};
+use deepsft_geometry::{Camera, RigidMotion};
 use faer::linalg::solvers::{DenseSolveCore, Solve};
 use faer::{Mat, Side};
-use glam::{DQuat, DVec2, DVec3};
 
 /// Steps at most; from a start that is any good ten are enough.
 const STEPS: usize = 200;
@@ -16,18 +16,26 @@ const SETTLED: f64 = 1e-12;
 /// Unknowns of a pose.
 const POSE: usize = 6;
 
-/// A camera and the pose of the target in each view.
-#[derive(Clone, Debug)]
-pub(super) struct Solution {
+/// A camera and the pose of the target in each view that is used.
+pub struct Solution {
     pub camera: Camera,
-    pub poses: Vec<RigidMotion>,
+    /// The number of the view, and the motion from the target's frame (z = 0) to the camera's.
+    pub poses: Vec<(usize, RigidMotion)>,
+}
+
+impl Solution {
+    /// Computed pixel less seen one; `None` where the point has no pixel.
+    pub fn residual(&self, pose: &RigidMotion, seen: &Correspondence) -> Option<DVec2> {
+        let computed = self.camera.project(pose.apply(seen.place_mm.extend(0.0)))?;
+        Some(computed - seen.pixel)
+    }
 }
 
 /// What is minimised: the distances of points in several views, and from which distance on (pixels) they count less.
-pub(super) struct Adjustment {
+pub struct Adjustment {
     pub model: CameraModel,
-    /// Number of the view, place in mm, pixel.
-    pub points: Vec<(usize, DVec2, DVec2)>,
+    /// The index of the pose in the solution, and the point.
+    pub points: Vec<(usize, Correspondence)>,
     pub robust_px: f64,
 }
 
@@ -37,11 +45,9 @@ impl Adjustment {
         let square = self.robust_px * self.robust_px;
         self.points
             .iter()
-            .map(|&(view, place, pixel)| {
-                let seen = solution.camera.project(solution.poses[view].apply(place.extend(0.0)));
-                seen.map_or(f64::INFINITY, |seen| {
-                    square * (seen.distance_squared(pixel) / square).ln_1p()
-                })
+            .map(|(pose, seen)| {
+                let residual = solution.residual(&solution.poses[*pose].1, seen);
+                residual.map_or(f64::INFINITY, |r| square * (r.length_squared() / square).ln_1p())
             })
             .sum()
     }
@@ -53,14 +59,14 @@ impl Adjustment {
         let mut matrix = Mat::<f64>::zeros(count, count);
         let mut vector = Mat::<f64>::zeros(count, 1);
         let square = self.robust_px * self.robust_px;
-        for &(view, place, pixel) in &self.points {
-            let pose = &solution.poses[view];
-            let turned = pose.rotation * place.extend(0.0);
+        for &(view, point) in &self.points {
+            let pose = &solution.poses[view].1;
+            let turned = pose.rotation * point.place_mm.extend(0.0);
             let p_camera = turned + pose.translation;
             let Some((seen, [x, y])) = solution.camera.project_with_gradients(p_camera) else {
                 continue;
             };
-            let residual = seen - pixel;
+            let residual = seen - point.pixel;
             let weight = 1.0 / (1.0 + residual.length_squared() / square);
             let mut row: Vec<(usize, DVec2)> = (0..)
                 .zip(
@@ -88,12 +94,13 @@ impl Adjustment {
             *value += step[(i, 0)];
         }
         let camera = self.model.camera(&values, solution.camera.size()).ok()?;
-        let moved = |(view, pose): (usize, &RigidMotion)| {
-            let at = |k: usize| step[(values.len() + POSE * view + k, 0)];
-            RigidMotion {
+        let moved = |(index, (view, pose)): (usize, &(usize, RigidMotion))| {
+            let at = |k: usize| step[(values.len() + POSE * index + k, 0)];
+            let moved = RigidMotion {
                 rotation: (DQuat::from_scaled_axis(DVec3::new(at(0), at(1), at(2))) * pose.rotation).normalize(),
                 translation: pose.translation + DVec3::new(at(3), at(4), at(5)),
-            }
+            };
+            (*view, moved)
         };
         let poses = solution.poses.iter().enumerate().map(moved).collect();
         Some(Solution { camera, poses })

@@ -1,6 +1,7 @@
 //! The exact positions of a flat print's places in a photograph: small pieces of the print, laid where the matches around them say,
 //! and moved until they agree with the image (Lucas and Kanade).
 
+use crate::correspondence::Correspondence;
 use deepsft_geometry::glam::{DMat2, DVec2};
 use deepsft_geometry::{Picture, Template};
 
@@ -22,8 +23,8 @@ const MIN_CORRELATION: f64 = 0.9;
 /// Least mean square slope of a piece in its flattest direction, standard deviations per pixel: flatter pieces slide.
 const MIN_SLOPE: f64 = 0.02;
 
-/// The places of the print and where the photograph shows them, mm and pixels, from `matches` that are less exact and may be wrong.
-pub fn refined(template: &Template, photograph: &Picture, matches: &[(DVec2, DVec2)]) -> Vec<(DVec2, DVec2)> {
+/// Where `photograph` shows a grid of points of a flat print, to a fraction of a pixel, from `matches` that are less exact and may be wrong.
+pub fn refine_print(template: &Template, photograph: &Picture, matches: &[Correspondence]) -> Vec<Correspondence> {
     if matches.len() < NEIGHBOURS {
         return Vec::new();
     }
@@ -31,21 +32,20 @@ pub fn refined(template: &Template, photograph: &Picture, matches: &[(DVec2, DVe
     let spacing = size.max_element() / PLACES;
     let (columns, rows) = ((size.x / spacing) as usize, (size.y / spacing) as usize);
     let places = (0..columns * rows).map(|k| (DVec2::new((k % columns) as f64, (k / columns) as f64) + 0.5) * spacing);
-    places
-        .filter_map(|place| {
-            let (pixel, slope) = local_map(matches, place)?;
-            let texels = template.texture().width() as f64 / size.x;
-            let print = |place: DVec2| grey(template.texture(), place * texels);
-            let moved = aligned(&print, photograph, place, pixel, slope.inverse())?;
-            Some((place, moved))
-        })
-        .collect()
+    let texels = template.texture().width() as f64 / size.x;
+    let print = |place: DVec2| grey(template.texture(), place * texels);
+    let refined = |place_mm| {
+        let (pixel, slope) = local_map(matches, place_mm)?;
+        let pixel = aligned(&print, photograph, place_mm, pixel, slope.inverse())?;
+        Some(Correspondence { place_mm, pixel })
+    };
+    places.filter_map(refined).collect()
 }
 
 /// Where `place` is in the image and how its neighbourhood lies there (pixels per mm): the affine map of the nearest matches, the worse half
 /// of them left out.
-fn local_map(matches: &[(DVec2, DVec2)], place: DVec2) -> Option<(DVec2, DMat2)> {
-    let mut near: Vec<_> = matches.iter().map(|&(p, pixel)| (p - place, pixel)).collect();
+fn local_map(matches: &[Correspondence], place: DVec2) -> Option<(DVec2, DMat2)> {
+    let mut near: Vec<_> = matches.iter().map(|m| (m.place_mm - place, m.pixel)).collect();
     near.select_nth_unstable_by(NEIGHBOURS - 1, |a, b| {
         a.0.length_squared().total_cmp(&b.0.length_squared())
     });
@@ -77,7 +77,7 @@ fn affine(pairs: &[(DVec2, DVec2)]) -> Option<(DVec2, DMat2)> {
 
 /// Where the piece of the print around `place` lies in the photograph, from `pixel` on; `None` where it is flat, hidden or elsewhere.
 fn aligned(
-    print: &dyn Fn(DVec2) -> f64,
+    print: &impl Fn(DVec2) -> f64,
     photograph: &Picture,
     place: DVec2,
     pixel: DVec2,

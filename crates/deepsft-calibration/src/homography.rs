@@ -1,14 +1,14 @@
 //! The perspective map between a plane and its image, and what it says of camera and pose.
 
-use crate::camera::Camera;
-use crate::mesh::{RigidMotion, nearest_rotation};
+use crate::correspondence::Correspondence;
+use deepsft_geometry::glam::{DMat3, DVec2, DVec3};
+use deepsft_geometry::{Camera, RigidMotion};
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
-use glam::{DMat3, DQuat, DVec2, DVec3};
 
 /// The perspective map that brings the first of each pair near the second: homogeneous coordinates, least squares of
 /// the linear equations, origins and scales equalised. `None` for points on a line.
-pub(super) fn homography(pairs: &[(DVec2, DVec2)]) -> Option<DMat3> {
+pub fn homography(pairs: &[(DVec2, DVec2)]) -> Option<DMat3> {
     let [(from, from_scale), (to, to_scale)] = [
         equalised(pairs.iter().map(|p| p.0)),
         equalised(pairs.iter().map(|p| p.1)),
@@ -60,7 +60,7 @@ fn equalised(points: impl Iterator<Item = DVec2> + Clone) -> (DVec2, f64) {
 /// The focal length, in the unit of the images, of a camera with square pixels and its principal point at the images' origin,
 /// which sees planes by `homographies`: the two sides of a square are at right angles and equally long (Zhang 2000). `None` where
 /// no focal length fits.
-pub(super) fn focal_length(homographies: &[DMat3]) -> Option<f64> {
+pub fn focal_length(homographies: &[DMat3]) -> Option<f64> {
     let (mut ab, mut aa) = (0.0, 0.0);
     for h in homographies {
         let unit = (h.x_axis.length_squared() + h.y_axis.length_squared()).sqrt();
@@ -84,20 +84,24 @@ pub(super) fn focal_length(homographies: &[DMat3]) -> Option<f64> {
 
 /// The pose of a plane that `camera` sees: the motion from the target's frame (z = 0) to the camera's. `None` for points on a line
 /// or a plane behind the camera.
-pub(super) fn pose(camera: &Camera, points: &[(DVec2, DVec2)]) -> Option<RigidMotion> {
-    let rays: Vec<_> = points
-        .iter()
-        .map(|&(place, pixel)| (place, camera.ray_from_pixel(pixel)))
+pub fn pose(camera: &Camera, points: &[Correspondence]) -> Option<RigidMotion> {
+    let rays: Vec<_> = (points.iter())
+        .map(|point| (point.place_mm, camera.ray_from_pixel(point.pixel)))
         .collect();
     let h = homography(&rays)?;
     let scale = 2.0 / (h.x_axis.length() + h.y_axis.length());
     let scale = if h.z_axis.z < 0.0 { -scale } else { scale };
     let (x, y) = (h.x_axis * scale, h.y_axis * scale);
-    let rotation = nearest_rotation(DMat3::from_cols(x, y, x.cross(y)), DQuat::IDENTITY);
-    let translation: DVec3 = h.z_axis * scale;
-    let pose = RigidMotion { rotation, translation };
-    points
-        .iter()
-        .all(|(place, _)| camera.project(pose.apply(place.extend(0.0))).is_some())
+    // The rotation nearest to these axes. Each counts both ways, so that their mean is the origin.
+    let axes = [(DVec3::X, x), (DVec3::Y, y), (DVec3::Z, x.cross(y))];
+    let both = axes
+        .into_iter()
+        .flat_map(|(from, to)| [(from, to, 1.0), (-from, -to, 1.0)]);
+    let pose = RigidMotion {
+        translation: h.z_axis * scale,
+        ..RigidMotion::align(both, RigidMotion::IDENTITY)
+    };
+    (points.iter())
+        .all(|point| camera.project(pose.apply(point.place_mm.extend(0.0))).is_some())
         .then_some(pose)
 }

@@ -1,0 +1,45 @@
+//! The error of boards and calibrations.
+
+use deepsft_geometry::GeometryError;
+use thiserror::Error;
+
+/// What is wrong with a board or with the views of a target.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum CalibrationError {
+    /// There is no such board.
+    #[error("no such board: {cause}")]
+    Board {
+        /// What is wrong with it.
+        cause: String,
+    },
+    /// The image is empty.
+    #[error(transparent)]
+    Camera(#[from] GeometryError),
+    /// Too few views hold enough points.
+    #[error("{actual} views show enough of the target, expected {expected} or more")]
+    Views {
+        /// Views with enough points.
+        actual: usize,
+        /// Views needed.
+        expected: usize,
+    },
+    /// The views leave the camera open.
+    #[error(
+        "the views leave the focal length open (standard deviation {:.0} %): tilt the target or the camera by 20 to 40 degrees, \
+         each time another way",
+        100.0 * deviation
+    )]
+    Undetermined {
+        /// Standard deviation of the focal length as a fraction of it; infinite where nothing fits.
+        deviation: f64,
+    },
+}
+
+impl CalibrationError {
+    pub(crate) fn board(cause: impl ToString) -> Self {
+        Self::Board {
+            cause: cause.to_string(),
+        }
+    }
+}
