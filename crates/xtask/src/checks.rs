@@ -3,11 +3,13 @@
 use crate::{fuzz, tools, web};
 use anyhow::{Context, Result, bail, ensure};
 use std::{
-    env, fs,
+    env,
     io::{BufRead, BufReader},
     path::Path,
     process::{Command, Stdio},
-    time::Instant,
+    sync::{Mutex, PoisonError},
+    thread,
+    time::{Duration, Instant},
 };
 
 /// Whether this system has WebKitGTK and a screen that nobody sees.
@@ -32,24 +34,23 @@ struct Count {
     failed: u64,
 }
 
-/// Runs all checks, the later ones also after a failure.
+/// Runs all checks, the later ones also after a failure. Those of the crates and those of the page run side by side: a page waits most of
+/// its time for frames.
 ///
 /// # Errors
 /// When a check fails, after the closing table.
 pub fn run(root: &Path, mode: Mode) -> Result<()> {
-    let mut outcomes = Vec::new();
-    let mut check = |name: &'static str, body: &dyn Fn() -> Result<Count>| {
+    let began = Instant::now();
+    let outcomes = Mutex::new(Vec::new());
+    let check = |name: &'static str, body: &dyn Fn() -> Result<Count>| {
         eprintln!("\n== {name}");
-        let (started, before) = (Instant::now(), processor_s());
+        let started = Instant::now();
         let count = body().unwrap_or_else(|error| {
             eprintln!("{name}: {error:#}");
             Count { passed: 0, failed: 1 }
         });
-        let seconds = started.elapsed().as_secs_f64();
-        let cores = processor_s()
-            .zip(before)
-            .map(|(after, before)| (after - before) / seconds);
-        outcomes.push((name, count, seconds, cores));
+        let outcome = (name, count, started.elapsed());
+        outcomes.lock().unwrap_or_else(PoisonError::into_inner).push(outcome);
     };
     let passed = |(): ()| Count { passed: 1, failed: 0 };
     let cargo = |arguments: &[&str]| {
@@ -66,62 +67,61 @@ pub fn run(root: &Path, mode: Mode) -> Result<()> {
         for program in others.iter().chain([&tools::CHROMIUM]) {
             program.find()?;
         }
-        tools::ensure_rust_target(root, web::TARGET).map(passed)
-    });
-    check("lints", &|| {
-        let mut clippy = cargo(&["clippy", "--release", "--workspace", "--all-targets"]);
-        counted(clippy.args(["--", "--deny", "warnings"]))
+        Ok(passed(()))
     });
     let tests = ["test", "--release", "--workspace", "--no-fail-fast"];
-    check("building the tests", &|| counted(cargo(&tests).arg("--no-run")));
-    check("tests of the crates", &|| counted(&mut cargo(&tests)));
-    if fuzz::HERE {
-        check("fuzzing", &|| {
-            fuzz::check_that_failures_are_seen(root)?;
-            fuzz::run(root, &fuzz::Options::all(FUZZING_S, 2)).map(passed)
+    thread::scope(|scope| {
+        scope.spawn(|| {
+            check("lints", &|| {
+                let mut clippy = cargo(&["clippy", "--release", "--workspace", "--all-targets"]);
+                counted(clippy.args(["--", "--deny", "warnings"]))
+            });
+            check("building the tests", &|| counted(cargo(&tests).arg("--no-run")));
         });
-    }
-    check("browser build", &|| web::build(root).map(passed));
-    check("types of the JavaScript", &|| {
-        counted(tools::npm(root).args(["run", "check"]))
-    });
-    check("tests in the browser", &|| {
-        build_program(root)?;
-        counted(&mut in_browsers(root, &["test"])?)
-    });
-    if LINUX {
-        check("Firefox and WebKit", &|| {
-            // The program is there from the check before. WebKitGTK's player is not steady enough for a check of every change.
-            let mut tests = engine_tests(root)?;
-            counted(tests.envs([
-                ("DEEPSFT_ENGINES", "firefox,webkit"),
-                ("DEEPSFT_CLIP_ENGINES", "firefox"),
-            ]))
+        check("browser build", &|| web::build(root).map(passed));
+        check("types of the JavaScript", &|| {
+            counted(tools::npm(root).args(["run", "check"]))
         });
-    }
+    });
+    // Only now: programs in browsers are measured by time, and compilers leave them none.
+    thread::scope(|scope| {
+        scope.spawn(|| {
+            check("tests of the crates", &|| counted(&mut cargo(&tests)));
+            if fuzz::HERE {
+                check("fuzzing", &|| fuzz::check(root, FUZZING_S).map(passed));
+            }
+        });
+        check("tests in the browser", &|| {
+            build_program(root)?;
+            counted(&mut in_browsers(root, &["test"])?)
+        });
+        if LINUX {
+            check("Firefox and WebKit", &|| {
+                // The program is there from the check before. WebKitGTK's player is not steady enough for a check of every change.
+                let mut tests = engine_tests(root)?;
+                counted(tests.envs([
+                    ("DEEPSFT_ENGINES", "firefox,webkit"),
+                    ("DEEPSFT_CLIP_ENGINES", "firefox"),
+                ]))
+            });
+        }
+    });
 
     println!();
+    let row = |name: &str, Count { passed, failed }, time: Duration| {
+        println!(
+            "{name:<24} {passed:>5} passed {failed:>4} failed {:>6.0} s",
+            time.as_secs_f64()
+        );
+    };
     let mut total = Count::default();
-    for (name, Count { passed, failed }, seconds, cores) in outcomes {
-        let cores = cores.map_or_else(String::new, |cores| format!(" on {cores:.1} cores"));
-        println!("{name:<24} {passed:>5} passed {failed:>4} failed {seconds:>6.0} s{cores}");
-        total.passed += passed;
-        total.failed += failed;
+    for (name, count, time) in outcomes.into_inner().unwrap_or_else(PoisonError::into_inner) {
+        row(name, count, time);
+        total.passed += count.passed;
+        total.failed += count.failed;
     }
+    row("all, some side by side", total, began.elapsed());
     all_passed(total)
-}
-
-/// Processor time of all programs that this one has run, s; `None` where the system does not tell.
-fn processor_s() -> Option<f64> {
-    let stat = fs::read_to_string("/proc/self/stat").ok()?;
-    // What stands behind the name: user and system time of children are the 14th and 15th, in hundredths of a second.
-    let (_, fields) = stat.rsplit_once(") ")?;
-    let ticks = fields
-        .split(' ')
-        .skip(13)
-        .take(2)
-        .map(|ticks| ticks.parse::<f64>().ok());
-    ticks.sum::<Option<f64>>().map(|ticks| ticks / 100.0)
 }
 
 fn all_passed(Count { passed, failed }: Count) -> Result<()> {
@@ -219,30 +219,25 @@ fn counted(command: &mut Command) -> Result<Count> {
     Ok(count)
 }
 
-/// The count in a line of a test runner: Rust's "test result: ok. 3 passed; 1 failed; ...", and
-/// Node's "# pass 3" and "ℹ fail 1".
+/// The count in a line of a test runner: Rust's "test result: ok. 3 passed; 1 failed; ...", and Node's "# pass 3" and "ℹ fail 1".
 fn count_in(line: &str) -> Option<Count> {
     let line = line.trim();
-    if let Some((_, numbers)) = line
-        .strip_prefix("test result: ")
-        .and_then(|rest| rest.split_once(". "))
-    {
+    if let Some(result) = line.strip_prefix("test result: ") {
         let number = |name: &str| {
-            numbers
-                .split("; ")
-                .find_map(|part| part.strip_suffix(name)?.trim().parse().ok())
+            let part = result.split([';', '.']).find_map(|part| part.strip_suffix(name))?;
+            part.trim().parse().ok()
         };
-        return Some(Count {
-            passed: number("passed")?,
-            failed: number("failed")?,
-        });
+        let (passed, failed) = (number("passed")?, number("failed")?);
+        return Some(Count { passed, failed });
     }
     let line = line.strip_prefix("# ").or_else(|| line.strip_prefix("ℹ "))?;
     let number = |name: &str| line.strip_prefix(name)?.parse().ok();
     match (number("pass "), number("fail ")) {
-        (Some(passed), _) => Some(Count { passed, failed: 0 }),
-        (_, Some(failed)) => Some(Count { passed: 0, failed }),
-        _ => None,
+        (None, None) => None,
+        (passed, failed) => Some(Count {
+            passed: passed.unwrap_or(0),
+            failed: failed.unwrap_or(0),
+        }),
     }
 }
 
@@ -280,15 +275,5 @@ mod tests {
             Count { passed: 4, failed: 2 }
         );
         assert!(counted(&mut Command::new("no-such-program-here")).is_err());
-    }
-
-    #[test]
-    #[cfg(target_os = "linux")]
-    fn the_processor_time_of_programs_that_have_ended_is_counted() {
-        let before = processor_s().unwrap();
-        // Some 0.3 s of a core.
-        counted(Command::new("sh").args(["-c", "i=0; while [ $i -lt 300000 ]; do i=$((i+1)); done"])).unwrap();
-        let spent = processor_s().unwrap() - before;
-        assert!(spent > 0.02 && spent < 60.0, "{spent} s");
     }
 }

@@ -34,68 +34,33 @@ pub struct Options {
     target: Option<String>,
     /// How long for all targets together
     #[arg(long, default_value_t = 60, value_parser = clap::value_parser!(u64).range(1..))]
-    pub seconds: u64,
+    seconds: u64,
     /// Targets that run at once
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
-    pub jobs: u64,
+    jobs: u64,
     /// Run this file alone, an input of --target
     #[arg(long, requires = "target")]
     input: Option<PathBuf>,
 }
 
-impl Options {
-    /// All targets.
-    pub fn all(seconds: u64, jobs: u64) -> Self {
-        let (target, input) = (None, None);
-        Self {
-            target,
-            seconds,
-            jobs,
-            input,
-        }
-    }
-}
-
-/// Builds the fuzz targets and runs them, one after another.
+/// Builds the fuzz targets and runs what is asked for.
 ///
 /// # Errors
 /// When they cannot be built, and when a target fails, which is told with the file of the input.
 pub fn run(root: &Path, options: &Options) -> Result<()> {
     let program = Program::build(root)?;
-    let targets = match &options.target {
-        Some(name) => vec![name.clone()],
-        None => program.targets()?,
-    };
-    if let Some(input) = &options.input {
-        return tools::run(program.command(&targets[0]).arg(input));
+    if let (Some(target), Some(input)) = (&options.target, &options.input) {
+        return tools::run(program.command(target).arg(input));
     }
-    let folder = tools::target_folder(root)?.join("fuzz");
-    let jobs = options.jobs.min(targets.len() as u64);
-    let seconds = (options.seconds * jobs).div_ceil(targets.len() as u64);
-    let (waiting, failed) = (Mutex::new(targets), Mutex::new(Vec::new()));
-    let next = || waiting.lock().unwrap_or_else(PoisonError::into_inner).pop();
-    let work = || {
-        for target in iter::from_fn(next) {
-            match program.fuzz(&target, &folder, seconds) {
-                Ok(inputs) => println!("{target:<12}{inputs:>12} inputs in {seconds} s"),
-                Err(error) => {
-                    eprintln!("{error:#}");
-                    failed.lock().unwrap_or_else(PoisonError::into_inner).push(target);
-                }
-            }
-        }
-    };
-    thread::scope(|scope| (0..jobs).for_each(|_| drop(scope.spawn(work))));
-    let failed = failed.into_inner().unwrap_or_else(PoisonError::into_inner).join(", ");
-    ensure!(
-        failed.is_empty(),
-        "a bug was found in {failed}: the inputs are named above"
-    );
-    Ok(())
+    let targets = options
+        .target
+        .clone()
+        .map_or_else(|| program.targets(), |name| Ok(vec![name]));
+    program.fuzz_all(targets?, options.seconds, options.jobs)
 }
 
-/// Sees to it that a failure is seen: two targets with planted bugs have to fail.
-pub fn check_that_failures_are_seen(root: &Path) -> Result<()> {
+/// Runs all targets, two at once, for `seconds` together, after two with planted bugs: a failure has to be seen.
+pub fn check(root: &Path, seconds: u64) -> Result<()> {
     let program = Program::build(root)?;
     let folder = tools::target_folder(root)?.join("fuzz-planted");
     // Too much memory is seen by the program's own count after the input, or by libFuzzer while it runs.
@@ -105,22 +70,24 @@ pub fn check_that_failures_are_seen(root: &Path) -> Result<()> {
     ] {
         // What was found before would be run first.
         tools::empty(&folder)?;
-        match program.fuzz(target, &folder, 60) {
-            Ok(inputs) => bail!("{target} did not fail within {inputs} inputs: the harness is blind"),
-            Err(error) => {
-                let error = format!("{error:#}");
-                let is_seen = signs.iter().any(|sign| error.contains(sign)) && error.contains(WRITTEN);
-                ensure!(is_seen, "{target} failed otherwise: {error}");
-            }
-        }
+        let Err(error) = program.fuzz(target, &folder, 60) else {
+            bail!("{target} did not fail: the harness is blind")
+        };
+        let error = format!("{error:#}");
+        let is_seen = signs.iter().any(|sign| error.contains(sign)) && error.contains(WRITTEN);
+        ensure!(is_seen, "{target} failed otherwise: {error}");
         let kept = fs::read_dir(folder.join(target).join("failures"))?.count();
         ensure!(kept > 0, "{target} left no input that it failed on");
     }
-    Ok(())
+    program.fuzz_all(program.targets()?, seconds, 2)
 }
 
 /// The program `deepsft-fuzz` as it was built.
-struct Program(PathBuf);
+struct Program {
+    file: PathBuf,
+    /// Where its inputs are kept.
+    folder: PathBuf,
+}
 
 impl Program {
     /// Builds it. The features are those of the whole workspace, as the tests of the crates have left them.
@@ -133,50 +100,69 @@ impl Program {
         cargo.args(["build", "--release", "--workspace", "--bin", "deepsft-fuzz"]);
         cargo.args(["--features", "deepsft-fuzz/libfuzzer"]);
         tools::run(cargo.env("RUSTC_WORKSPACE_WRAPPER", root.join("crates/deepsft-fuzz/rustc.sh")))?;
-        Ok(Self(tools::target_folder(root)?.join("release/deepsft-fuzz")))
+        let target = tools::target_folder(root)?;
+        let (file, folder) = (target.join("release/deepsft-fuzz"), target.join("fuzz"));
+        Ok(Self { file, folder })
     }
 
     /// The targets that it lists.
     fn targets(&self) -> Result<Vec<String>> {
-        let listed = tools::output(Command::new(&self.0).env_remove("DEEPSFT_FUZZ_TARGET"));
-        let listed = listed.with_context(|| format!("{} lists no targets", self.0.display()))?;
+        let listed = tools::output(Command::new(&self.file).env_remove("DEEPSFT_FUZZ_TARGET"));
+        let listed = listed.context("it lists no targets")?;
         Ok(listed.lines().map(str::to_owned).collect())
     }
 
     /// It with one target.
     fn command(&self, target: &str) -> Command {
-        let mut command = Command::new(&self.0);
+        let mut command = Command::new(&self.file);
         command.args(LIMITS).env("DEEPSFT_FUZZ_TARGET", target);
         command
     }
 
+    /// Fuzzes these targets, `jobs` at once, for `seconds` together.
+    fn fuzz_all(&self, targets: Vec<String>, seconds: u64, jobs: u64) -> Result<()> {
+        let jobs = jobs.min(targets.len() as u64);
+        let seconds = (seconds * jobs).div_ceil(targets.len() as u64);
+        let (waiting, failed) = (Mutex::new(targets), Mutex::new(Vec::new()));
+        let next = || waiting.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        let work = || {
+            for target in iter::from_fn(next) {
+                match self.fuzz(&target, &self.folder, seconds) {
+                    Ok(inputs) => println!("{target:<12}{inputs:>12} inputs in {seconds} s"),
+                    Err(error) => {
+                        eprintln!("{error:#}");
+                        failed.lock().unwrap_or_else(PoisonError::into_inner).push(target);
+                    }
+                }
+            }
+        };
+        thread::scope(|scope| (0..jobs).for_each(|_| drop(scope.spawn(work))));
+        let failed = failed.into_inner().unwrap_or_else(PoisonError::into_inner).join(", ");
+        ensure!(
+            failed.is_empty(),
+            "a bug was found in {failed}: the inputs are named above"
+        );
+        Ok(())
+    }
+
     /// Fuzzes a target for some seconds; the number of inputs that it has had. Its inputs are kept in `folder`: those that reached
     /// something new, and those that it failed on, which are run before all others.
-    fn fuzz(&self, target: &str, folder: &Path, seconds: u64) -> Result<u64> {
+    fn fuzz(&self, target: &str, folder: &Path, seconds: u64) -> Result<String> {
         let folders = ["corpus", "seeds", "failures"].map(|kind| folder.join(target).join(kind));
-        let temporary = match Path::new(MEMORY_FOLDER).is_dir() {
-            true => MEMORY_FOLDER.into(),
-            false => env::temp_dir(),
-        };
+        // In memory where there is such a folder.
+        let memory = Some(Path::new(MEMORY_FOLDER)).filter(|folder| folder.is_dir());
+        let temporary = memory.map_or_else(env::temp_dir, Path::to_owned);
         let temporary = temporary.join(format!("deepsft-fuzz-{}-{target}", std::process::id()));
         for folder in folders.iter().chain([&temporary]) {
             fs::create_dir_all(folder).with_context(|| format!("making {}", folder.display()))?;
         }
         let [_, seeds, failures] = &folders;
         let mut command = self.command(target);
-        command
-            .args(&folders)
-            .env("DEEPSFT_FUZZ_SEEDS", seeds)
-            .env("TMPDIR", &temporary);
+        command.args(&folders).args(["-print_final_stats=1", "-verbosity=0"]);
         command.arg(format!("-artifact_prefix={}/", failures.display()));
-        command.args([
-            &format!("-max_total_time={seconds}"),
-            "-print_final_stats=1",
-            "-verbosity=0",
-        ]);
-        let output = command
-            .output()
-            .with_context(|| format!("starting {}", self.0.display()));
+        command.arg(format!("-max_total_time={seconds}"));
+        command.env("DEEPSFT_FUZZ_SEEDS", seeds).env("TMPDIR", &temporary);
+        let output = command.output().context("starting it");
         // What a program that was ended leaves there.
         fs::remove_dir_all(&temporary).with_context(|| format!("removing {}", temporary.display()))?;
         let output = output?;
@@ -186,6 +172,6 @@ impl Program {
             let input = after(WRITTEN).unwrap_or("(none was left)");
             bail!("{said}\n{target} fails; run it again with\n    cargo xtask fuzz --target {target} --input {input}");
         }
-        Ok(after(INPUTS).and_then(|inputs| inputs.parse().ok()).unwrap_or(0))
+        Ok(after(INPUTS).unwrap_or("no").to_owned())
     }
 }

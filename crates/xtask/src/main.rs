@@ -171,16 +171,11 @@ fn run(task: Task) -> Result<()> {
     }
 }
 
-/// The folder of the workspace's Cargo.toml: where `cargo run` says this package lies, or the nearest
-/// parent of the current folder that has the build manifest.
+/// The folder of the workspace's Cargo.toml: `cargo run` says where this package lies.
 fn workspace_root() -> Result<PathBuf> {
-    let start = match env::var_os("CARGO_MANIFEST_DIR") {
-        Some(folder) => PathBuf::from(folder),
-        None => env::current_dir().context("finding the current folder")?,
-    };
-    let root = start.ancestors().find(|folder| folder.join(web::MANIFEST).is_file());
-    root.map(Path::to_owned)
-        .with_context(|| format!("no {} in {} or above", web::MANIFEST, start.display()))
+    let package = env::var_os("CARGO_MANIFEST_DIR").context("run it as `cargo xtask`")?;
+    let root = Path::new(&package).ancestors().nth(2);
+    Ok(root.context("it lies in no workspace")?.to_owned())
 }
 
 #[cfg(test)]

@@ -18,13 +18,8 @@ const LICENCE_NAMES: [&str; 6] = ["LICENSE", "LICENCE", "COPYING", "COPYRIGHT", 
 /// Who wrote the standard library; its sources have no package to read a licence from.
 const RUST: &str = "Copyright (c) The Rust Project Contributors";
 
-/// A crate of others.
-struct Foreign {
-    /// Name, version, licence and repository: some licences ask to say where the sources are.
-    heading: String,
-    /// The texts in its package; none where its authors forgot.
-    texts: Vec<String>,
-}
+/// What stands in place of a text that a package lacks.
+const NO_TEXT: &str = "Their packages hold no licence text; their repositories have it.";
 
 /// The licences of all crates that `package` is compiled from for `target` (this machine if `None`), each text once.
 pub fn notices(root: &Path, package: &str, target: Option<&str>) -> Result<String> {
@@ -33,12 +28,10 @@ pub fn notices(root: &Path, package: &str, target: Option<&str>) -> Result<Strin
     tree.args(["--prefix", "none", "--format", "{p}"]);
     tree.args(target.iter().flat_map(|target| ["--target", target]));
     let tree = tools::output(&mut tree).context("cargo tree failed in this workspace")?;
-    let metadata = tools::output(tools::cargo(root).args(["metadata", "--format-version", "1"]));
-    let metadata = metadata.context("cargo metadata failed in this workspace")?;
-    let metadata: Value = serde_json::from_str(&metadata).context("reading what cargo metadata printed")?;
-    let packages = metadata["packages"]
-        .as_array()
-        .context("cargo metadata lists no packages")?;
+    let metadata = tools::metadata(root, &[])?;
+    let packages = metadata["packages"].as_array();
+    let packages = packages.context("cargo metadata lists no packages")?;
+    // Headings, which have the repository too, for some licences ask to say where the sources are; and texts.
     let mut foreign = Vec::new();
     for name in compiled(&tree) {
         let text = |package: &Value, field: &str| package[field].as_str().unwrap_or_default().to_owned();
@@ -47,25 +40,20 @@ pub fn notices(root: &Path, package: &str, target: Option<&str>) -> Result<Strin
             .find(|p| format!("{} {}", text(p, "name"), text(p, "version")) == name)
             .with_context(|| format!("cargo metadata does not know {name}"))?;
         // Ours come from no registry.
-        if package["source"].is_null() {
-            continue;
+        if !package["source"].is_null() {
+            let manifest = text(package, "manifest_path");
+            let folder = Path::new(&manifest).parent().context("a manifest without a folder")?;
+            let (licence, repository) = (text(package, "license"), text(package, "repository"));
+            let texts = licence_texts(folder, &licence)?;
+            foreign.push((format!("{name} ({licence}) {repository}"), texts));
         }
-        let manifest = text(package, "manifest_path");
-        let folder = Path::new(&manifest).parent().context("a manifest without a folder")?;
-        let (licence, repository) = (text(package, "license"), text(package, "repository"));
-        foreign.push(Foreign {
-            heading: format!("{name} ({licence}) {repository}"),
-            texts: licence_texts(folder, &licence)?,
-        });
     }
     if foreign.is_empty() {
         bail!("{package} is compiled from no crates of others: the tree was not read");
     }
     let ours = fs::read_to_string(root.join("LICENSE-MIT")).context("reading LICENSE-MIT")?;
-    foreign.push(Foreign {
-        heading: "the standard library of Rust (MIT OR Apache-2.0) https://github.com/rust-lang/rust".to_owned(),
-        texts: vec![with_copyright(&ours, RUST)],
-    });
+    let standard = "the standard library of Rust (MIT OR Apache-2.0) https://github.com/rust-lang/rust".to_owned();
+    foreign.push((standard, vec![with_copyright(&ours, RUST)]));
     Ok(joined(package, &foreign))
 }
 
@@ -105,33 +93,26 @@ fn with_copyright(mit: &str, copyright: &str) -> String {
     lines.collect::<Vec<_>>().join("\n")
 }
 
-/// Each text once, below the names of the crates that it belongs to.
-fn joined(package: &str, foreign: &[Foreign]) -> String {
+/// Each text once, below the headings of the crates that it belongs to.
+fn joined(package: &str, foreign: &[(String, Vec<String>)]) -> String {
     let mut by_text: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
-    let mut without = Vec::new();
-    for Foreign { heading, texts } in foreign {
+    for (heading, texts) in foreign {
         for text in texts {
             by_text.entry(text).or_default().push(heading);
         }
         if texts.is_empty() {
-            without.push(heading.as_str());
+            by_text.entry(NO_TEXT).or_default().push(heading);
         }
     }
-    let parts = by_text.into_iter();
-    let mut parts: Vec<(String, &str)> = parts.map(|(text, headings)| (headings.join("\n"), text)).collect();
-    parts.sort();
-    if !without.is_empty() {
-        parts.push((
-            without.join("\n"),
-            "Their packages hold no licence text; their repositories have it.",
-        ));
-    }
+    let parts = by_text.into_iter().map(|(text, headings)| (headings.join("\n"), text));
+    let mut parts: Vec<_> = parts.collect();
+    parts.sort_by_key(|(headings, text)| (*text == NO_TEXT, headings.clone()));
     let rule = "=".repeat(80);
-    let mut joined = format!("{package} is compiled from our own crates and from these, under their licences.\n");
-    for (headings, text) in parts {
-        joined += &format!("\n{rule}\n{headings}\n\n{text}\n");
-    }
-    joined
+    let parts = parts
+        .iter()
+        .map(|(headings, text)| format!("\n{rule}\n{headings}\n\n{text}\n"));
+    let begin = format!("{package} is compiled from our own crates and from these, under their licences.\n");
+    begin + &parts.collect::<String>()
 }
 
 #[cfg(test)]
@@ -163,10 +144,8 @@ mod tests {
 
     #[test]
     fn a_text_that_several_crates_share_is_there_once_and_a_crate_without_one_is_named() {
-        let foreign = |heading: &str, texts: &[&str]| Foreign {
-            heading: heading.to_owned(),
-            texts: texts.iter().map(|text| (*text).to_owned()).collect(),
-        };
+        let foreign =
+            |heading: &str, texts: &[&str]| (heading.to_owned(), texts.iter().map(ToString::to_string).collect());
         let shared = ["text of a and b"];
         let joined = joined(
             "ours",

@@ -71,16 +71,16 @@ pub fn output(command: &mut Command) -> Option<String> {
         .then(|| String::from_utf8_lossy(&output.stdout).trim().to_owned())
 }
 
-/// What cargo knows of the crates of this workspace.
-fn metadata(root: &Path) -> Result<Value> {
-    let metadata = output(cargo(root).args(["metadata", "--no-deps", "--format-version", "1"]));
+/// What `cargo metadata` with these options more knows of this workspace.
+pub fn metadata(root: &Path, options: &[&str]) -> Result<Value> {
+    let metadata = output(cargo(root).args(["metadata", "--format-version", "1"]).args(options));
     let metadata = metadata.context("cargo metadata failed in this workspace")?;
     serde_json::from_str(&metadata).context("reading what cargo metadata printed")
 }
 
 /// Cargo's target folder, wherever the configuration or the environment puts it.
 pub fn target_folder(root: &Path) -> Result<PathBuf> {
-    metadata(root)?["target_directory"]
+    metadata(root, &["--no-deps"])?["target_directory"]
         .as_str()
         .map(PathBuf::from)
         .context("cargo metadata names no target folder")
@@ -88,24 +88,13 @@ pub fn target_folder(root: &Path) -> Result<PathBuf> {
 
 /// The names of the crates of this workspace.
 pub fn workspace_crates(root: &Path) -> Result<Vec<String>> {
-    let metadata = metadata(root)?;
+    let metadata = metadata(root, &["--no-deps"])?;
     let packages = metadata["packages"].as_array().into_iter().flatten();
     let names: Vec<String> = packages
         .filter_map(|package| Some(package["name"].as_str()?.to_owned()))
         .collect();
     ensure!(!names.is_empty(), "cargo metadata names no crates");
     Ok(names)
-}
-
-/// Sees to it that the pinned toolchain can compile for `target`.
-pub fn ensure_rust_target(root: &Path, target: &str) -> Result<()> {
-    let sysroot = output(Command::new("rustc").args(["--print", "sysroot"]).current_dir(root));
-    let sysroot = PathBuf::from(sysroot.context("rustc does not start; install Rust with rustup (https://rustup.rs)")?);
-    if sysroot.join("lib/rustlib").join(target).join("lib").is_dir() {
-        return Ok(());
-    }
-    let rustup = run(Command::new("rustup").args(["target", "add", target]).current_dir(root));
-    rustup.with_context(|| format!("this Rust cannot compile for {target}, and rustup could not add that target"))
 }
 
 /// Sees to it that Node.js is there, as new as `www/package.json` asks for, and that the packages of `www/package-lock.json` are
@@ -236,24 +225,17 @@ fn install_with_apt(packages: &[&str]) {
         return;
     }
     let is_root = output(Command::new("id").arg("-u")).as_deref() == Some("0");
-    let has_sudo = || output(Command::new("sudo").args(["-n", "true"])).is_some();
-    let prefix: &[&str] = match is_root {
-        true => &["apt-get"],
-        false if has_sudo() => &["sudo", "-n", "apt-get"],
-        false => return,
-    };
-    for arguments in [
-        &["update", "--quiet"][..],
-        &[&["install", "--yes", "--no-install-recommends"], packages].concat(),
-    ] {
-        let words: Vec<&str> = prefix.iter().chain(arguments).copied().collect();
-        if let Err(error) = run(Command::new(words[0])
-            .args(&words[1..])
-            .env("DEBIAN_FRONTEND", "noninteractive"))
-        {
-            eprintln!("{error:#}");
-        }
+    if !is_root && output(Command::new("sudo").args(["-n", "true"])).is_none() {
+        return;
     }
+    let apt = |arguments: &[&str]| {
+        let mut command = Command::new(if is_root { "apt-get" } else { "sudo" });
+        command.args((!is_root).then_some(["-n", "apt-get"]).into_iter().flatten());
+        let done = run(command.args(arguments).env("DEBIAN_FRONTEND", "noninteractive"));
+        done.unwrap_or_else(|error| eprintln!("{error:#}"));
+    };
+    apt(&["update", "--quiet"]);
+    apt(&[&["install", "--yes", "--no-install-recommends"], packages].concat());
 }
 
 /// Asks the desktop to open an address. Without a desktop nothing happens: the address was printed.

@@ -4,13 +4,7 @@ use crate::{third_party, tools};
 use anyhow::{Context, Result, ensure};
 use flate2::{Compression, write::GzEncoder};
 use serde::Deserialize;
-use std::{
-    fs,
-    hash::{DefaultHasher, Hash, Hasher},
-    io::Write,
-    path::Path,
-    process::Command,
-};
+use std::{fs, io::Write, path::Path, process::Command};
 use wasm_bindgen_cli_support::Bindgen;
 
 /// Name of the build manifest in the workspace's root.
@@ -84,7 +78,6 @@ pub fn build(root: &Path) -> Result<()> {
     } = Manifest::load(root)?;
     let target_folder = tools::target_folder(root)?;
     tools::ensure_node_packages(root)?;
-    tools::ensure_rust_target(root, TARGET)?;
     let mut cargo = tools::cargo(root);
     cargo.args(["build", "--target", TARGET, "--profile", &package.profile]);
     tools::run(cargo.args(["--package", &package.crate_name]))?;
@@ -97,12 +90,12 @@ pub fn build(root: &Path) -> Result<()> {
     let out = root.join(&package.out_dir);
     let [module, script] = package.files();
     let stamp_file = target_folder.join("xtask").join("web.stamp");
-    let stamp = fingerprint(&[&read(&compiled)?, &read(&root.join(MANIFEST))?]);
-    let is_current = fs::read_to_string(&stamp_file).is_ok_and(|old| old == stamp);
+    let stamp = [read(&compiled)?, read(&root.join(MANIFEST))?].concat();
+    let is_current = fs::read(&stamp_file).is_ok_and(|old| old == stamp);
     let files = [&module, &script, &format!("{name}.d.ts")];
     if !(is_current && files.iter().all(|file| out.join(file).is_file())) {
         // Built aside and moved at the end: `out` never holds half a package.
-        let aside = target_folder.join("xtask").join("pkg");
+        let aside = out.with_extension("tmp");
         tools::empty(&aside)?;
         Bindgen::new()
             .input_path(&compiled)
@@ -112,12 +105,13 @@ pub fn build(root: &Path) -> Result<()> {
             .and_then(|bindgen| bindgen.generate(&aside))
             .with_context(|| format!("wasm-bindgen on {}", compiled.display()))?;
         optimise(root, &wasm_opt.flags, &aside.join(&module))?;
-        publish(&aside, &out)?;
-        fs::write(&stamp_file, stamp).with_context(|| format!("writing {}", stamp_file.display()))?;
+        tools::empty(&out)?;
+        let moved = fs::remove_dir(&out).and_then(|()| fs::rename(&aside, &out));
+        moved.with_context(|| format!("moving the package to {}", out.display()))?;
+        write(&stamp_file, &stamp)?;
     }
     let notices = third_party::notices(root, &package.crate_name, Some(TARGET))?;
-    let notices_file = out.join(third_party::FILE_NAME);
-    fs::write(&notices_file, notices).with_context(|| format!("writing {}", notices_file.display()))?;
+    write(&out.join(third_party::FILE_NAME), notices.as_bytes())?;
 
     let mut total = 0.0;
     for file in [module, script] {
@@ -136,25 +130,10 @@ fn optimise(root: &Path, flags: &[String], module: &Path) -> Result<()> {
     let optimised = module.with_extension("opt.wasm");
     // The program is WebAssembly itself, run by Node.js, and recurses deeply over a large module.
     let mut command = Command::new("node");
-    command
-        .arg("--stack-size=8192")
-        .arg(script)
-        .args(flags)
-        .arg(module)
-        .arg("-o")
-        .arg(&optimised);
+    command.arg("--stack-size=8192").arg(script).args(flags);
+    command.arg(module).arg("-o").arg(&optimised);
     tools::run(&mut command).context("wasm-opt of the npm package binaryen")?;
     fs::rename(&optimised, module).with_context(|| format!("replacing {}", module.display()))
-}
-
-/// Replaces the files of `out` by those of `aside`.
-fn publish(aside: &Path, out: &Path) -> Result<()> {
-    tools::empty(out)?;
-    for file in fs::read_dir(aside).with_context(|| format!("listing {}", aside.display()))? {
-        let file = file?;
-        fs::copy(file.path(), out.join(file.file_name())).with_context(|| format!("copying into {}", out.display()))?;
-    }
-    Ok(())
 }
 
 /// The content of a file; an error names it.
@@ -162,11 +141,11 @@ pub fn read(file: &Path) -> Result<Vec<u8>> {
     fs::read(file).with_context(|| format!("reading {}", file.display()))
 }
 
-/// Says whether inputs are those of the last build. It guards against nobody: a fast hash does.
-fn fingerprint(inputs: &[&[u8]]) -> String {
-    let mut hasher = DefaultHasher::new();
-    inputs.hash(&mut hasher);
-    format!("{:016x}", hasher.finish())
+/// Writes a file, with its folder; an error names it.
+pub fn write(file: &Path, content: &[u8]) -> Result<()> {
+    let writing = || format!("writing {}", file.display());
+    fs::create_dir_all(file.parent().unwrap_or(file)).with_context(writing)?;
+    fs::write(file, content).with_context(writing)
 }
 
 /// The length of `bytes` compressed as well as gzip can.
@@ -213,25 +192,5 @@ mod tests {
         let text = fs::read_to_string(root.join(MANIFEST)).unwrap();
         let error = toml::from_str::<Manifest>(&text.replace("gzip-mb-aim", "gzip-mb-goal")).unwrap_err();
         assert!(error.to_string().contains("gzip-mb-goal"), "{error}");
-    }
-
-    #[test]
-    fn the_fingerprint_tells_inputs_and_their_borders_apart() {
-        assert_eq!(fingerprint(&[b"ab", b"c"]), fingerprint(&[b"ab", b"c"]));
-        assert_ne!(fingerprint(&[b"ab", b"c"]), fingerprint(&[b"a", b"bc"]));
-    }
-
-    #[test]
-    fn publishing_replaces_the_old_package_as_a_whole() {
-        let folder = tempfile::tempdir().unwrap();
-        let (aside, out) = (folder.path().join("aside"), folder.path().join("out"));
-        for (file, text) in [("aside/new.js", "new"), ("out/stale.js", "old")] {
-            let file = folder.path().join(file);
-            fs::create_dir_all(file.parent().unwrap()).unwrap();
-            fs::write(file, text).unwrap();
-        }
-        publish(&aside, &out).unwrap();
-        assert_eq!(fs::read_to_string(out.join("new.js")).unwrap(), "new");
-        assert!(!out.join("stale.js").exists());
     }
 }
