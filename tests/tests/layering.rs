@@ -78,6 +78,7 @@ const ARROWS: &[(&str, &[&str])] = &[
 const NEVER_IN_THE_BROWSER: &[&str] = &[
     "deepsft-train",
     "deepsft-synth",
+    "deepsft-calibration",
     "deepsft-cli",
     "deepsft-lab",
     "deepsft-fuzz",

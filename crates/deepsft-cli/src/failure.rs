@@ -1,12 +1,11 @@
 //! How a command fails: the message and the exit code.
 
 use crate::interruption::{self, Interrupted};
-use anyhow::Error;
 use deepsft_formats::FormatError;
 use deepsft_synth::SynthError;
-use std::fmt;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use thiserror::Error;
 
 /// Exit code when work failed although command line and inputs were fine.
 pub const FAILED: u8 = 1;
@@ -18,41 +17,22 @@ const USAGE: u8 = 2;
 const INVALID_INPUT: u8 = 3;
 
 /// Marks an error as the fault of an input. The cause comes after it in the chain.
-#[derive(Debug)]
+#[derive(Debug, Error)]
+#[error("cannot use {what} {}", path.display())]
 struct InvalidInput {
     what: &'static str,
     path: PathBuf,
 }
 
-impl fmt::Display for InvalidInput {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "cannot use {} {}", self.what, self.path.display())
-    }
-}
-
 /// Marks an error as a contradiction on the command line that the parser cannot see.
-#[derive(Debug)]
+#[derive(Debug, Error)]
+#[error("{0}")]
 struct Usage(String);
 
-impl fmt::Display for Usage {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.0)
-    }
-}
-
-impl std::error::Error for Usage {}
-
 /// Marks an error whose causes were told when they came: what is left is the exit code.
-#[derive(Debug)]
+#[derive(Debug, Error)]
+#[error("not every input could be used")]
 struct Told(u8);
-
-impl fmt::Display for Told {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("not every input could be used")
-    }
-}
-
-impl std::error::Error for Told {}
 
 /// Lays an error at the door of the input `path`, a `what` ("camera file").
 pub trait BlameInput<T> {
@@ -60,24 +40,22 @@ pub trait BlameInput<T> {
     fn blame(self, what: &'static str, path: &Path) -> anyhow::Result<T>;
 }
 
-impl<T, E: Into<Error>> BlameInput<T> for Result<T, E> {
+impl<T, E: Into<anyhow::Error>> BlameInput<T> for Result<T, E> {
     fn blame(self, what: &'static str, path: &Path) -> anyhow::Result<T> {
         self.map_err(|error| {
-            error.into().context(InvalidInput {
-                what,
-                path: path.to_path_buf(),
-            })
+            let path = path.to_path_buf();
+            error.into().context(InvalidInput { what, path })
         })
     }
 }
 
 /// An error of the command line (exit code 2).
-pub fn usage(message: impl Into<String>) -> Error {
+pub fn usage(message: impl Into<String>) -> anyhow::Error {
     Usage(message.into()).into()
 }
 
 /// Prints an error, unless that was done, and gives its exit code.
-pub fn report(error: &Error) -> ExitCode {
+pub fn report(error: &anyhow::Error) -> ExitCode {
     if !error.is::<Told>() {
         tell(error);
     }
@@ -85,17 +63,17 @@ pub fn report(error: &Error) -> ExitCode {
 }
 
 /// Prints an error on a line of its own.
-pub fn tell(error: &Error) {
+pub fn tell(error: &anyhow::Error) {
     eprintln!("error: {}", message(error));
 }
 
 /// Ends a command some of whose inputs failed, which was told; an unfit one gives the exit code.
-pub fn ended(failures: &[Error]) -> anyhow::Result<()> {
+pub fn ended(failures: &[anyhow::Error]) -> anyhow::Result<()> {
     (failures.iter().map(code).max()).map_or(Ok(()), |code| Err(Told(code).into()))
 }
 
 /// The whole chain on one line, outermost first.
-pub fn message(error: &Error) -> String {
+pub fn message(error: &anyhow::Error) -> String {
     format!("{error:#}")
 }
 
@@ -108,7 +86,7 @@ fn is_unusable(error: &(dyn std::error::Error + 'static)) -> bool {
         )
 }
 
-fn code(error: &Error) -> u8 {
+fn code(error: &anyhow::Error) -> u8 {
     if let Some(Told(code)) = error.downcast_ref() {
         *code
     } else if error.is::<Usage>() {
@@ -145,10 +123,10 @@ mod tests {
         assert_eq!(code(&error), INVALID_INPUT);
         assert_eq!(code(&usage("no")), USAGE);
         assert_eq!(message(&usage("no")), "no");
-        assert_eq!(code(&Error::msg("disk full")), FAILED);
+        assert_eq!(code(&anyhow::Error::msg("disk full")), FAILED);
         assert_eq!(code(&Interrupted.into()), 130);
         assert!(ended(&[]).is_ok());
-        let failures = [error, Error::msg("disk full")];
+        let failures = [error, anyhow::Error::msg("disk full")];
         assert_eq!(code(&ended(&failures).unwrap_err()), INVALID_INPUT);
     }
 }

@@ -27,14 +27,19 @@ pub fn photograph(path: &Path) -> Result<(Picture, Option<Camera>)> {
     read().blame("image", path)
 }
 
+/// Whether a file is a PNG or JPEG file by its name.
+pub fn is_picture(path: &Path) -> bool {
+    let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
+    ["png", "jpg", "jpeg"].iter().any(|known| extension == *known)
+}
+
 /// The PNG and JPEG files of a folder that is a `what` ("folder of frames"), by name. There must be one.
 pub fn images(folder: &Path, what: &'static str) -> Result<Vec<PathBuf>> {
     let list = || -> Result<Vec<PathBuf>> {
         let mut images = Vec::new();
         for entry in fs::read_dir(folder)? {
             let path = entry?.path();
-            let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
-            if ["png", "jpg", "jpeg"].iter().any(|known| extension == *known) {
+            if is_picture(&path) {
                 images.push(path);
             }
         }

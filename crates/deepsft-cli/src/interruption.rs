@@ -1,7 +1,6 @@
 //! Ctrl-C and the request to end (SIGTERM): a command that watches for them ends in order.
 
 use anyhow::{Context, Result};
-use std::fmt;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Whether the user asked the command to end.
@@ -11,16 +10,9 @@ static ASKED: AtomicBool = AtomicBool::new(false);
 pub const EXIT_CODE: u8 = 130;
 
 /// The user asked the command to end.
-#[derive(Debug)]
+#[derive(Debug, thiserror::Error)]
+#[error("interrupted")]
 pub struct Interrupted;
-
-impl fmt::Display for Interrupted {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("interrupted")
-    }
-}
-
-impl std::error::Error for Interrupted {}
 
 /// From now on Ctrl-C only asks, see [`check`]; the second one ends the process at once.
 pub fn watch() -> Result<()> {

@@ -65,28 +65,21 @@ impl SynthesisOptions {
 
     /// What is not the default: in words after a comma, and as it is typed after a space.
     fn not_default(&self) -> Vec<(String, String)> {
-        let mut parts = Vec::new();
-        let mut part = |phrase: String, option: String| parts.push((phrase, option));
-        if self.images == Preset::Paper {
-            part(", the paper's ranges".into(), " --images paper".into());
-        }
-        if self.camera_effects {
-            part(", with camera effects".into(), " --camera-effects".into());
-        }
-        if let Some(folder) = &self.backgrounds {
-            let folder = folder.display().to_string();
-            part(
-                format!(", before photographs of {folder}"),
-                format!(" --backgrounds {}", quoted(folder)),
-            );
-        }
-        if let Some(angle) = self.max_roll {
-            part(
-                format!(", turned by at most {angle} degrees"),
-                format!(" --max-roll {angle}"),
-            );
-        }
-        parts
+        let paper = self.images == Preset::Paper;
+        let parts = [
+            paper.then(|| (", the paper's ranges".into(), " --images paper".into())),
+            (self.camera_effects).then(|| (", with camera effects".into(), " --camera-effects".into())),
+            self.backgrounds.as_ref().map(|folder| {
+                let folder = folder.display().to_string();
+                let phrase = format!(", before photographs of {folder}");
+                (phrase, format!(" --backgrounds {}", quoted(folder)))
+            }),
+            self.max_roll.map(|angle| {
+                let phrase = format!(", turned by at most {angle} degrees");
+                (phrase, format!(" --max-roll {angle}"))
+            }),
+        ];
+        parts.into_iter().flatten().collect()
     }
 }
 

@@ -1,6 +1,5 @@
 //! Videos: a folder of images, a `.y4m` file, or anything that the program ffmpeg reads.
 
-mod natural_order;
 mod yuv4mpeg;
 
 use crate::failure::BlameInput;
@@ -28,7 +27,7 @@ pub struct Video {
     pub frames_per_s: f64,
     /// Number of frames, where it is known beforehand.
     pub count: Option<u64>,
-    /// The frames in order; they end with the first error.
+    /// The frames in order. After an error there are none to be had.
     pub frames: Box<dyn Iterator<Item = Result<Picture>>>,
 }
 
@@ -38,11 +37,11 @@ impl Video {
     pub fn open(path: &Path, frames_per_s: Option<f64>) -> Result<Self> {
         if path.is_dir() {
             let mut images = input::images(path, "folder of frames")?;
-            images.sort_by(|a, b| natural_order::compare(&a.to_string_lossy(), &b.to_string_lossy()));
+            alphanumeric_sort::sort_path_slice(&mut images);
             return Ok(Self {
                 frames_per_s: frames_per_s.unwrap_or(TYPICAL_RATE),
                 count: Some(images.len() as u64),
-                frames: Box::new(until_error(pictures(images))),
+                frames: Box::new(pictures(images)),
             });
         }
         let video = path.to_path_buf();
@@ -50,21 +49,9 @@ impl Video {
         Ok(Self {
             frames_per_s: frames_per_s.unwrap_or(stream.frames_per_s()),
             count: None,
-            frames: Box::new(until_error(stream.map(move |frame| frame.blame("video", &video)))),
+            frames: Box::new(stream.map(move |frame| frame.blame("video", &video))),
         })
     }
-}
-
-/// The frames until the first error, which is the last of them.
-fn until_error(frames: impl Iterator<Item = Result<Picture>>) -> impl Iterator<Item = Result<Picture>> {
-    let mut frames = Some(frames);
-    std::iter::from_fn(move || {
-        let frame = frames.as_mut()?.next()?;
-        if frame.is_err() {
-            frames = None;
-        }
-        Some(frame)
-    })
 }
 
 /// The pictures of files; all must have the size of the first.
@@ -196,21 +183,21 @@ mod tests {
     #[test]
     fn the_images_of_a_folder_come_in_natural_order_and_other_files_do_not() {
         let folder = tempfile::tempdir().unwrap();
-        for (name, shade) in [("f10.png", 10), ("f9.PNG", 9), ("f1.png", 1)] {
+        for (name, shade) in [("f10.png", 10), ("f9.PNG", 9), ("f08.png", 8), ("f1.png", 1)] {
             let png = encode_png(&Picture::from_fn(6, 4, |_, _| [shade; 3])).unwrap();
             fs::write(folder.path().join(name), png).unwrap();
         }
         fs::write(folder.path().join("camera.json"), "{}").unwrap();
         let video = Video::open(folder.path(), None).unwrap();
-        assert_eq!((video.count, video.frames_per_s), (Some(3), 30.0));
+        assert_eq!((video.count, video.frames_per_s), (Some(4), 30.0));
         let shades: Vec<u8> = video.frames.map(|frame| frame.unwrap().pixel(0, 0)[0]).collect();
-        assert_eq!(shades, [1, 9, 10]);
+        assert_eq!(shades, [1, 8, 9, 10]);
     }
 
     #[test]
-    fn the_frames_end_with_the_first_that_has_another_size() {
+    fn a_frame_of_another_size_is_refused() {
         let folder = tempfile::tempdir().unwrap();
-        for (name, width) in [("f1.png", 6), ("f2.png", 7), ("f3.png", 6)] {
+        for (name, width) in [("f1.png", 6), ("f2.png", 7)] {
             let png = encode_png(&Picture::from_fn(width, 4, |_, _| [0; 3])).unwrap();
             fs::write(folder.path().join(name), png).unwrap();
         }

@@ -3,7 +3,7 @@
 use crate::failure::BlameInput;
 use crate::input;
 use anyhow::{Result, bail};
-use clap::{Args, Subcommand};
+use clap::Subcommand;
 use deepsft::{DeviceKind, ModelBundle};
 use deepsft_geometry::{Maps, Picture};
 use std::path::PathBuf;
@@ -15,18 +15,15 @@ pub enum BundleCommand {
     #[command(
         after_help = "The exit code is 3, with the reason, when it is not.\n\nExample:\n  deepsft bundle verify models/poster-a4"
     )]
-    Verify(VerifyArguments),
-}
-
-#[derive(Args)]
-pub struct VerifyArguments {
-    /// Folder of the bundle
-    #[arg(value_name = "DIR")]
-    bundle: PathBuf,
+    Verify {
+        /// Folder of the bundle
+        #[arg(value_name = "DIR")]
+        bundle: PathBuf,
+    },
 }
 
 pub fn run(command: &BundleCommand) -> Result<()> {
-    let BundleCommand::Verify(VerifyArguments { bundle: folder }) = command;
+    let BundleCommand::Verify { bundle: folder } = command;
     let bundle = input::bundle(folder)?;
     try_out(&bundle).blame("model bundle", folder)?;
     print(&bundle);

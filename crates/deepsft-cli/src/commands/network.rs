@@ -2,7 +2,7 @@
 
 use crate::network_choice;
 use anyhow::Result;
-use clap::{Args, Subcommand};
+use clap::Subcommand;
 use deepsft_network::layer_table;
 
 #[derive(Subcommand)]
@@ -16,22 +16,17 @@ network of a model is folded.
 Examples:
   deepsft network describe paper
   deepsft network describe models/poster-a4")]
-    Describe(DescribeArguments),
-}
-
-#[derive(Args)]
-pub struct DescribeArguments {
-    /// compact, paper, r50f, or the folder of a model bundle
-    #[arg(value_name = "NETWORK|DIR")]
-    network: String,
+    Describe {
+        /// compact, paper, r50f, or the folder of a model bundle
+        #[arg(value_name = "NETWORK|DIR")]
+        network: String,
+    },
 }
 
 pub fn run(command: &NetworkCommand) -> Result<()> {
-    let NetworkCommand::Describe(arguments) = command;
-    let network = network_choice::named(&arguments.network)?;
-    print!(
-        "{}",
-        layer_table(network.config().architecture.name(), &network.describe())
-    );
+    let NetworkCommand::Describe { network } = command;
+    let network = network_choice::named(network)?;
+    let name = network.config().architecture.name();
+    print!("{}", layer_table(name, &network.describe()));
     Ok(())
 }

@@ -212,60 +212,46 @@ impl Object {
             None => template.is_sheet(),
             Some(recovery) => recovery.is_some(),
         };
-        let Estimate {
-            by,
-            maps,
-            canonical,
-            canonical_camera,
-            judgement,
-            surface,
-            ..
-        } = estimate;
         // What was not found is shown as the finder saw it, and no mesh of it.
-        let surface = surface.filter(|_| judgement.found);
+        let judgement = &estimate.judgement;
+        let surface = estimate.surface.as_ref().filter(|_| judgement.found);
         let whole = surface.map(|surface| surface.mesh(template.mesh())).transpose()?;
         let report = Report {
             image: path.display().to_string(),
             object: self.name.clone(),
             found: judgement.found,
-            found_by: by,
+            found_by: estimate.by,
             confidence: judgement.confidence,
             mask_area: judgement.area,
             mesh_taken: asks_for_mesh.then_some(whole.is_some()),
-            depth_mm: depth_range(&maps),
-            photo_consistency_error: photo_consistency_error(&canonical, template.texture(), &maps),
+            depth_mm: depth_range(&estimate.maps),
+            photo_consistency_error: photo_consistency_error(&estimate.canonical, template.texture(), &estimate.maps),
             camera: CameraReport::new(&camera, source),
-            canonical_camera: CameraReport::new(&canonical_camera, "model"),
+            canonical_camera: CameraReport::new(&estimate.canonical_camera, "model"),
             device: self.device.clone(),
             stage_ms: stages.milliseconds,
             deepsft_version: env!("CARGO_PKG_VERSION"),
         };
-        let mut files = self.files(&canonical, &canonical_camera, &maps, &judgement, whole.as_ref())?;
+        let mut files = self.files(&estimate, whole.as_ref())?;
         files.insert(REPORT_FILE.to_owned(), serde_json::to_vec_pretty(&report)?);
         results.filled(&files)?.commit()?;
         Ok(format!(
             "{}: {}{}: {}",
             path.display(),
-            verdict(&judgement),
+            verdict(judgement),
             words(&camera, source),
             folder.display()
         ))
     }
 
     /// The results by file name, all but the report.
-    fn files(
-        &self,
-        canonical: &Picture,
-        camera: &Camera,
-        maps: &Maps,
-        judgement: &Judgement,
-        whole: Option<&TriangleMesh>,
-    ) -> Result<BTreeMap<String, Vec<u8>>> {
+    fn files(&self, estimate: &Estimate, whole: Option<&TriangleMesh>) -> Result<BTreeMap<String, Vec<u8>>> {
+        let (maps, canonical) = (&estimate.maps, &estimate.canonical);
         let (rows, columns) = (maps.height(), maps.width());
         let template = self.finder.target().template();
         let rows_of_panels = [
             sheet::Row {
-                caption: verdict(judgement),
+                caption: verdict(&estimate.judgement),
                 panels: vec![
                     panels::plain("input", canonical),
                     panels::overlay("registration", canonical, maps, template.size_mm()),
@@ -280,32 +266,22 @@ impl Object {
             },
         ];
         let sheet = sheet::sheet(&rows_of_panels).context("a sheet has panels")?;
-        let mesh = visible_surface(maps, camera)?;
+        let mesh = visible_surface(maps, &estimate.canonical_camera)?;
         let registration = maps.registration().iter().flatten().copied();
-        let mut files = BTreeMap::from([
+        let depth = maps.depth().iter().copied();
+        let files = [
+            ("depth.npy", deepsft_formats::f32_npy(&[rows, columns], depth)?),
             (
-                "depth.npy".to_owned(),
-                deepsft_formats::f32_npy(&[rows, columns], maps.depth().iter().copied())?,
-            ),
-            (
-                "registration.npy".to_owned(),
+                "registration.npy",
                 deepsft_formats::f32_npy(&[rows, columns, 2], registration)?,
             ),
-            (
-                "mask.npy".to_owned(),
-                deepsft_formats::bool_npy(&[rows, columns], maps.mask())?,
-            ),
-            ("sheet.png".to_owned(), encode_png(&sheet)?),
-            (
-                "mesh.glb".to_owned(),
-                deepsft_formats::mesh_to_glb(&mesh, &self.texture_png),
-            ),
-        ]);
-        if let Some(whole) = whole {
-            let glb = deepsft_formats::mesh_to_glb(whole, &self.texture_png);
-            files.insert("whole-mesh.glb".to_owned(), glb);
-        }
-        Ok(files)
+            ("mask.npy", deepsft_formats::bool_npy(&[rows, columns], maps.mask())?),
+            ("sheet.png", encode_png(&sheet)?),
+            ("mesh.glb", deepsft_formats::mesh_to_glb(&mesh, &self.texture_png)),
+        ];
+        let whole = whole.map(|whole| ("whole-mesh.glb", deepsft_formats::mesh_to_glb(whole, &self.texture_png)));
+        let files = files.into_iter().chain(whole);
+        Ok(files.map(|(name, bytes)| (name.to_owned(), bytes)).collect())
     }
 }
 

@@ -40,13 +40,17 @@ pub enum RecordingCommand {
     /// Simulate a recording of a template: a program makes it up, nobody records it.
     Simulate(SimulateArguments),
     /// Read every frame of a recording and report what is in it.
-    Verify(VerifyArguments),
+    Verify {
+        /// Folder of the recording
+        #[arg(value_name = "DIR")]
+        recording: PathBuf,
+    },
 }
 
 pub fn run(command: &RecordingCommand) -> Result<()> {
     match command {
         RecordingCommand::Simulate(arguments) => simulate(arguments),
-        RecordingCommand::Verify(arguments) => verify(arguments),
+        RecordingCommand::Verify { recording } => verify(recording),
     }
 }
 
@@ -94,13 +98,6 @@ pub struct SimulateArguments {
     /// Folder to write; an older simulated recording there is replaced
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-}
-
-#[derive(Args)]
-pub struct VerifyArguments {
-    /// Folder of the recording
-    #[arg(value_name = "DIR")]
-    recording: PathBuf,
 }
 
 fn simulate(arguments: &SimulateArguments) -> Result<()> {
@@ -194,15 +191,13 @@ Figures measured on it are figures on simulated data.
     )
 }
 
-fn verify(arguments: &VerifyArguments) -> Result<()> {
-    let recording = Recording::open(&arguments.recording).blame("recording", &arguments.recording)?;
+fn verify(folder: &Path) -> Result<()> {
+    let recording = Recording::open(folder).blame("recording", folder)?;
     let canonical = training_camera();
     let bar = progress::counting(recording.frames() as u64, "frames");
     let mut measured = 0.0;
     for index in 0..recording.frames() {
-        let frame = recording
-            .frame(index, &canonical)
-            .blame("recording", &arguments.recording)?;
+        let frame = recording.frame(index, &canonical).blame("recording", folder)?;
         let count = frame.depth_mm.iter().filter(|&&depth| depth > 0.0).count();
         measured += count as f64 / frame.depth_mm.len() as f64 / recording.frames() as f64;
         bar.inc(1);

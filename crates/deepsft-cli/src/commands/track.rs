@@ -179,17 +179,12 @@ pub fn run(arguments: &TrackArguments) -> Result<()> {
     };
     let failure = follow().err();
     bar.finish_and_clear();
-    let Track {
-        mut tracker,
-        folder,
-        frames,
-        ..
-    } = track;
     // A video whose very first frame fails leaves nothing worth keeping.
     let failure = match failure {
-        Some(error) if frames.is_empty() => return Err(error),
+        Some(error) if track.frames.is_empty() => return Err(error),
         failure => failure,
     };
+    let frames = track.frames;
     let report = Report {
         video: arguments.video.display().to_string(),
         object: name,
@@ -208,11 +203,11 @@ pub fn run(arguments: &TrackArguments) -> Result<()> {
         per_frame: frames,
         deepsft_version: env!("CARGO_PKG_VERSION"),
     };
-    let committed = folder.commit(&report);
+    let committed = track.folder.commit(&report);
     let Some(failure) = failure else {
         print(&report, &committed?);
         if let Some(path) = &arguments.write_camera {
-            write_camera(path, tracker.solve_camera(MAX_CAMERA_UPDATES)?, &camera)?;
+            write_camera(path, track.tracker.solve_camera(MAX_CAMERA_UPDATES)?, &camera)?;
         }
         return Ok(());
     };

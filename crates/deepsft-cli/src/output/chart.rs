@@ -1,4 +1,4 @@
-//! A chart: curves over one axis, with ticks and a grid.
+//! A chart: a curve over the samples of a training, with ticks and a grid.
 
 use super::canvas::Canvas;
 use super::lettering::{Align, Lettering};
@@ -6,16 +6,24 @@ use super::lettering::{Align, Lettering};
 /// Colour of the ground.
 pub const PAPER: [u8; 3] = [255; 3];
 /// Colour of titles and axes.
-pub const INK: [u8; 3] = [40, 42, 50];
+const INK: [u8; 3] = [40, 42, 50];
 /// Colour of numbers along axes.
-pub const FAINT_INK: [u8; 3] = [104, 108, 120];
-/// Colour of the lines behind curves.
-pub const GRID: [u8; 3] = [228, 230, 235];
+const FAINT_INK: [u8; 3] = [104, 108, 120];
+/// Colour of the curve.
+const CURVE: [u8; 3] = [196, 61, 44];
+/// Colour of the lines behind it.
+const GRID: [u8; 3] = [228, 230, 235];
 
 /// Height of an em of titles and of numbers, pixels.
-pub const TITLE_SIZE: f64 = 14.0;
+const TITLE_SIZE: f64 = 14.0;
 /// As `TITLE_SIZE`, for numbers and names along axes.
-pub const NUMBER_SIZE: f64 = 12.0;
+const NUMBER_SIZE: f64 = 12.0;
+
+/// What x is: below the chart.
+const X_NAME: &str = "training samples";
+
+/// Size of a chart without its margins, pixels.
+const CURVE_SIZE: (usize, usize) = (680, 180);
 
 /// Left, right, top and bottom margins of a chart, pixels.
 const MARGINS: [usize; 4] = [64, 24, 40, 50];
@@ -23,52 +31,37 @@ const MARGINS: [usize; 4] = [64, 24, 40, 50];
 /// Least distance of two numbers along the vertical axis, pixels.
 const NUMBERS_APART: f64 = 15.0;
 
-/// Points of one colour, joined by lines: (x, y) in order.
-#[derive(Debug)]
-pub struct Curve {
-    /// Colour of line and dots.
-    pub color: [u8; 3],
-    /// (x, y) in order.
-    pub points: Vec<(f64, f64)>,
-}
-
-/// One chart. x begins at 0.
+/// A chart of one curve. x begins at 0.
 #[derive(Debug)]
 pub struct Chart {
     /// Above the chart.
-    pub title: String,
-    /// What x is: below the chart.
-    pub x_name: String,
-    /// Drawn in this order.
-    pub curves: Vec<Curve>,
+    pub title: &'static str,
+    /// (x, y) in order, joined by lines.
+    pub points: Vec<(f64, f64)>,
     /// Whether y is drawn on a logarithmic scale.
     pub logarithmic: bool,
     /// The x at the right end.
     pub last: f64,
-    /// Width and height without the margins, pixels.
-    pub size: (usize, usize),
 }
 
 impl Chart {
     /// Width and height with the margins, pixels.
-    pub fn full_size(&self) -> (usize, usize) {
+    pub const SIZE: (usize, usize) = {
         let [left, right, top, bottom] = MARGINS;
-        (left + self.size.0 + right, top + self.size.1 + bottom)
-    }
+        (left + CURVE_SIZE.0 + right, top + CURVE_SIZE.1 + bottom)
+    };
 
-    /// Draws the chart with the top left corner of its margins at (`column`, `row`). Without a value there is only
-    /// the title.
-    pub fn draw(&self, canvas: &mut Canvas, column: usize, row: usize) {
+    /// Draws the chart with the top of its margins at `row`. Without a value there is only the title.
+    pub fn draw(&self, canvas: &mut Canvas, row: usize) {
         let [left, _, top, _] = MARGINS;
-        let (left, top) = ((column + left) as f64, (row + top) as f64);
-        let (width, height) = (self.size.0 as f64, self.size.1 as f64);
+        let (left, top) = (left as f64, (row + top) as f64);
+        let (width, height) = (CURVE_SIZE.0 as f64, CURVE_SIZE.1 as f64);
         let foot = top + height;
         let scale = |value: f64| if self.logarithmic { value.max(1e-9).ln() } else { value };
-        let title = Lettering::semibold(TITLE_SIZE, INK).fitting(&self.title, width);
-        canvas.write(&self.title, (left, top - 20.0), Align::Left, title);
-        let points = || self.curves.iter().flat_map(|curve| &curve.points);
-        let least = points().fold(f64::INFINITY, |least, point| least.min(point.1));
-        let most = points().fold(f64::NEG_INFINITY, |most, point| most.max(point.1));
+        let title = Lettering::semibold(TITLE_SIZE, INK).fitting(self.title, width);
+        canvas.write(self.title, (left, top - 20.0), Align::Left, title);
+        let least = (self.points.iter()).fold(f64::INFINITY, |least, point| least.min(point.1));
+        let most = (self.points.iter()).fold(f64::NEG_INFINITY, |most, point| most.max(point.1));
         if !(least.is_finite() && most.is_finite()) {
             return;
         }
@@ -104,14 +97,12 @@ impl Chart {
             canvas.write(&label, (x, foot + 14.0), Align::Centre, numbers);
         }
         canvas.line(&[(left, sharp(foot)), (left + width, sharp(foot))], 1.0, FAINT_INK);
-        canvas.write(&self.x_name, (left + width / 2.0, foot + 33.0), Align::Centre, numbers);
-        for curve in &self.curves {
-            let place = |&(x, value): &(f64, f64)| (x_of(x), y_of(value));
-            let points: Vec<(f64, f64)> = curve.points.iter().map(place).collect();
-            canvas.line(&points, 2.0, curve.color);
-            for &point in &points {
-                canvas.dot(point, 3.0, curve.color);
-            }
+        canvas.write(X_NAME, (left + width / 2.0, foot + 33.0), Align::Centre, numbers);
+        let place = |&(x, value): &(f64, f64)| (x_of(x), y_of(value));
+        let points: Vec<(f64, f64)> = self.points.iter().map(place).collect();
+        canvas.line(&points, 2.0, CURVE);
+        for &point in &points {
+            canvas.dot(point, 3.0, CURVE);
         }
     }
 }

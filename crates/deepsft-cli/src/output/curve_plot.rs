@@ -1,35 +1,24 @@
 //! The training curve as a picture: accuracy on held-out images against samples seen.
 
 use super::canvas::Canvas;
-use super::chart::{Chart, Curve, PAPER};
+use super::chart::{Chart, PAPER};
 use deepsft_geometry::Picture;
 use deepsft_train::CurvePoint;
 
 /// Name of the plot in a bundle.
 pub const PLOT_FILE: &str = "curve.png";
 
-const LINE: [u8; 3] = [196, 61, 44];
-
-/// Size of one chart without its margins, pixels.
-const SIZE: (usize, usize) = (680, 180);
-
 /// Charts, one below the other: registration, depth (both on logarithmic scales), mask IoU, E_pr, and the training's loss;
 /// those without a value are left out. `None` when nothing was measured.
 pub fn curve_plot(curve: &[CurvePoint]) -> Option<Picture> {
     let last = curve.last()?.samples as f64;
-    let chart = |title: &str, logarithmic, value: fn(&CurvePoint) -> Option<f64>| Chart {
-        title: title.to_owned(),
-        x_name: "training samples".to_owned(),
-        curves: vec![Curve {
-            color: LINE,
-            points: curve
-                .iter()
-                .filter_map(|p| Some((p.samples as f64, value(p)?)))
-                .collect(),
-        }],
+    let chart = |title, logarithmic, value: fn(&CurvePoint) -> Option<f64>| Chart {
+        title,
+        points: (curve.iter())
+            .filter_map(|p| Some((p.samples as f64, value(p)?)))
+            .collect(),
         logarithmic,
         last: last.max(1.0),
-        size: SIZE,
     };
     let charts = [
         chart("registration RMSE, px (median of held-out images)", true, |p| {
@@ -42,15 +31,15 @@ pub fn curve_plot(curve: &[CurvePoint]) -> Option<Picture> {
             Some(p.loss).filter(|&loss| loss > 0.0)
         }),
     ];
-    let charts: Vec<Chart> = charts
-        .into_iter()
-        .filter(|chart| chart.curves.iter().any(|curve| !curve.points.is_empty()))
-        .collect();
-    let first = charts.first()?;
-    let (width, height) = first.full_size();
+    let charts = charts.into_iter().filter(|chart| !chart.points.is_empty());
+    let charts: Vec<Chart> = charts.collect();
+    if charts.is_empty() {
+        return None;
+    }
+    let (width, height) = Chart::SIZE;
     let mut canvas = Canvas::new(width, charts.len() * height, PAPER);
     for (i, chart) in charts.iter().enumerate() {
-        chart.draw(&mut canvas, 0, i * height);
+        chart.draw(&mut canvas, i * height);
     }
     Some(canvas.into_picture())
 }

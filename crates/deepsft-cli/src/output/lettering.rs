@@ -8,22 +8,13 @@ const SEMIBOLD: &[u8] = include_bytes!("../../fonts/Inter-SemiBold.ttf");
 /// Height of the font's capitals over its em.
 const CAPITAL_HEIGHT: f64 = 0.727;
 
-/// How thick letters are.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Weight {
-    /// For numbers and running text.
-    Regular,
-    /// For titles.
-    Semibold,
-}
-
 /// How a line of text looks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lettering {
     /// Height of an em, pixels; capitals are 0.73 of it.
     pub size: f64,
-    /// How thick it is.
-    pub weight: Weight,
+    /// Whether it is semibold, for titles; else regular.
+    pub is_semibold: bool,
     /// Its colour.
     pub color: [u8; 3],
 }
@@ -44,7 +35,7 @@ impl Lettering {
     pub fn regular(size: f64, color: [u8; 3]) -> Self {
         Self {
             size,
-            weight: Weight::Regular,
+            is_semibold: false,
             color,
         }
     }
@@ -52,7 +43,7 @@ impl Lettering {
     /// A title.
     pub fn semibold(size: f64, color: [u8; 3]) -> Self {
         Self {
-            weight: Weight::Semibold,
+            is_semibold: true,
             ..Self::regular(size, color)
         }
     }
@@ -129,11 +120,7 @@ impl Lettering {
 
     /// The font; a test shows that both weights can be read.
     fn font(&self) -> Option<FontRef<'static>> {
-        let bytes = match self.weight {
-            Weight::Regular => REGULAR,
-            Weight::Semibold => SEMIBOLD,
-        };
-        FontRef::try_from_slice(bytes).ok()
+        FontRef::try_from_slice(if self.is_semibold { SEMIBOLD } else { REGULAR }).ok()
     }
 }
 

@@ -18,9 +18,8 @@ const LARGEST_FRAME: usize = 256 << 20;
 /// The frames of a stream. After an error there is no more to be had of it.
 pub struct Yuv4Mpeg<R: Read> {
     decoder: Decoder<Counted<R>>,
-    width: usize,
-    height: usize,
-    chroma: Chroma,
+    /// Pixels to a sample of colour, across and down; `None` of grey.
+    chroma: Option<[usize; 2]>,
     /// Whether 0 is black and 255 white; else 16 and 235.
     full_range: bool,
     /// Bytes read since the last whole frame.
@@ -29,15 +28,9 @@ pub struct Yuv4Mpeg<R: Read> {
 
 impl<R: Read> fmt::Debug for Yuv4Mpeg<R> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "Yuv4Mpeg({} x {})", self.width, self.height)
+        let (width, height) = (self.decoder.get_width(), self.decoder.get_height());
+        write!(f, "Yuv4Mpeg({width} x {height})")
     }
-}
-
-/// How the planes of colour are laid out: pixels to a sample, across and down.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Chroma {
-    None,
-    Subsampled(usize, usize),
 }
 
 impl<R: Read> Yuv4Mpeg<R> {
@@ -60,12 +53,10 @@ impl<R: Read> Yuv4Mpeg<R> {
             Err(error) => bail!("its header is not one of YUV4MPEG2: {error}"),
         };
         let chroma = match decoder.get_colorspace() {
-            Colorspace::Cmono => Chroma::None,
-            Colorspace::C420 | Colorspace::C420jpeg | Colorspace::C420mpeg2 | Colorspace::C420paldv => {
-                Chroma::Subsampled(2, 2)
-            }
-            Colorspace::C422 => Chroma::Subsampled(2, 1),
-            Colorspace::C444 => Chroma::Subsampled(1, 1),
+            Colorspace::Cmono => None,
+            Colorspace::C420 | Colorspace::C420jpeg | Colorspace::C420mpeg2 | Colorspace::C420paldv => Some([2, 2]),
+            Colorspace::C422 => Some([2, 1]),
+            Colorspace::C444 => Some([1, 1]),
             other => bail!("its colour space is {other:?}; 8 bits a sample can be read"),
         };
         let (width, height) = (decoder.get_width(), decoder.get_height());
@@ -77,15 +68,10 @@ impl<R: Read> Yuv4Mpeg<R> {
                 rate.den
             );
         }
-        let full = b"XCOLORRANGE=FULL".as_slice();
-        let full_range = decoder
-            .get_raw_params()
-            .split(|&byte| byte == b' ')
-            .any(|word| word == full);
+        let mut words = decoder.get_raw_params().split(|&byte| byte == b' ');
+        let full_range = words.any(|word| word == b"XCOLORRANGE=FULL");
         Ok(Self {
             decoder,
-            width,
-            height,
             chroma,
             full_range,
             since_frame,
@@ -103,10 +89,10 @@ impl<R: Read> Iterator for Yuv4Mpeg<R> {
     type Item = Result<Picture>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        let (width, height, chroma, full_range) = (self.width, self.height, self.chroma, self.full_range);
+        let size = (self.decoder.get_width(), self.decoder.get_height());
         self.since_frame.set(0);
         Some(match self.decoder.read_frame() {
-            Ok(frame) => Ok(picture(&frame, width, height, chroma, full_range)),
+            Ok(frame) => Ok(picture(&frame, size, self.chroma, self.full_range)),
             // The reader tells the end of the stream and the end within a frame alike.
             Err(Error::EOF) if self.since_frame.get() == 0 => return None,
             Err(Error::EOF) => Err(anyhow::anyhow!("it ends within a frame")),
@@ -123,11 +109,10 @@ fn check_size(header: &[u8]) -> Result<()> {
         let Some((b'W' | b'H', digits)) = word.split_first() else {
             continue;
         };
-        let side = std::str::from_utf8(digits)
-            .ok()
-            .and_then(|digits| digits.parse::<u64>().ok());
         // What is no number is for the decoder to refuse.
-        if let Some(side) = side.filter(|&side| side > MAX_PICTURE_SIDE_PX.into()) {
+        if let Ok(side) = String::from_utf8_lossy(digits).parse::<u64>()
+            && side > MAX_PICTURE_SIDE_PX.into()
+        {
             bail!("its frames have {side} pixels along a side, at most {MAX_PICTURE_SIDE_PX} can be read");
         }
     }
@@ -149,7 +134,12 @@ impl<R: Read> Read for Counted<R> {
 }
 
 /// The picture of a frame by ITU-R BT.601, each sample of colour repeated over the pixels it stands for.
-fn picture(frame: &Frame<'_>, width: usize, height: usize, chroma: Chroma, full_range: bool) -> Picture {
+fn picture(
+    frame: &Frame<'_>,
+    (width, height): (usize, usize),
+    chroma: Option<[usize; 2]>,
+    full_range: bool,
+) -> Picture {
     let (offset, luma_gain, chroma_gain) = if full_range {
         (0.0, 1.0, 1.0)
     } else {
@@ -158,8 +148,8 @@ fn picture(frame: &Frame<'_>, width: usize, height: usize, chroma: Chroma, full_
     Picture::from_fn(width, height, |x, y| {
         let luma = (f32::from(frame.get_y_plane()[y * width + x]) - offset) * luma_gain;
         let [blue, red] = match chroma {
-            Chroma::None => [0.0; 2],
-            Chroma::Subsampled(across, down) => {
+            None => [0.0; 2],
+            Some([across, down]) => {
                 let sample = y / down * width.div_ceil(across) + x / across;
                 [frame.get_u_plane(), frame.get_v_plane()].map(|plane| (f32::from(plane[sample]) - 128.0) * chroma_gain)
             }

@@ -207,7 +207,7 @@ fn views(target: &mut FlatTarget, inputs: &[PathBuf]) -> Result<Seen> {
             for image in input::images(path, "folder of photographs")? {
                 look(image.display().to_string(), &input::picture(&image)?).blame("photograph", &image)?;
             }
-        } else if is_picture(path) {
+        } else if input::is_picture(path) {
             look(path.display().to_string(), &input::picture(path)?).blame("photograph", path)?;
         } else {
             for (frame, picture) in Video::open(path, None)?.frames.enumerate().step_by(VIDEO_STEP) {
@@ -224,11 +224,6 @@ fn views(target: &mut FlatTarget, inputs: &[PathBuf]) -> Result<Seen> {
         println!("of {count} views {MAX_VIEWS} are used");
     }
     Ok(seen)
-}
-
-fn is_picture(path: &Path) -> bool {
-    let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
-    ["png", "jpg", "jpeg"].iter().any(|known| extension == *known)
 }
 
 /// What to do about an error.

@@ -20,41 +20,49 @@ pub struct Plan<'a> {
 impl<'a> Plan<'a> {
     pub fn new(arguments: &'a TrainArguments) -> Result<Self> {
         let numbers = &arguments.steps;
-        if numbers.windows(2).any(|pair| pair[0] >= pair[1]) {
-            return Err(usage("--steps are to be in their order, each once"));
-        }
         let synthetic = numbers.contains(&1);
-        if synthetic != arguments.template.is_some() {
-            return Err(usage(if synthetic {
-                "step 1 starts from --template"
-            } else {
-                "steps 2 and 3 start from --model"
-            }));
-        }
-        if !arguments.data.is_empty() && !synthetic {
-            return Err(usage("--data is for step 1; steps 2 and 3 take --recording"));
-        }
-        if arguments.from.is_some() && !synthetic {
-            return Err(usage("--from is for step 1; steps 2 and 3 start from --model"));
-        }
-        if arguments.from.is_some() && arguments.network != NetworkChoice::Compact {
-            return Err(usage(
-                "--from begins with a trunk of the compact network: leave --network away",
-            ));
-        }
         let steps: Vec<TuningStep> = [TuningStep::Depth, TuningStep::Registration]
             .into_iter()
             .filter(|step| numbers.contains(&step.number()))
             .collect();
-        if synthetic && !steps.is_empty() && arguments.network == NetworkChoice::R50f {
-            return Err(usage("steps 2 and 3 train refinement blocks: --network r50f has none"));
-        }
-        if steps.is_empty() == arguments.recording.is_some() {
-            return Err(usage(if steps.is_empty() {
-                "--recording is for steps 2 and 3: add them to --steps"
-            } else {
-                "steps 2 and 3 need --recording"
-            }));
+        let (tuned, from) = (!steps.is_empty(), arguments.from.is_some());
+        let refusals = [
+            (
+                numbers.windows(2).any(|pair| pair[0] >= pair[1]),
+                "--steps are to be in their order, each once",
+            ),
+            (
+                synthetic && arguments.template.is_none(),
+                "step 1 starts from --template",
+            ),
+            (
+                !synthetic && arguments.template.is_some(),
+                "steps 2 and 3 start from --model",
+            ),
+            (
+                !synthetic && !arguments.data.is_empty(),
+                "--data is for step 1; steps 2 and 3 take --recording",
+            ),
+            (
+                !synthetic && from,
+                "--from is for step 1; steps 2 and 3 start from --model",
+            ),
+            (
+                from && arguments.network != NetworkChoice::Compact,
+                "--from begins with a trunk of the compact network: leave --network away",
+            ),
+            (
+                synthetic && tuned && arguments.network == NetworkChoice::R50f,
+                "steps 2 and 3 train refinement blocks: --network r50f has none",
+            ),
+            (
+                !tuned && arguments.recording.is_some(),
+                "--recording is for steps 2 and 3: add them to --steps",
+            ),
+            (tuned && arguments.recording.is_none(), "steps 2 and 3 need --recording"),
+        ];
+        if let Some((_, reason)) = refusals.into_iter().find(|(is_refused, _)| *is_refused) {
+            return Err(usage(reason));
         }
         Ok(Self {
             config: config(arguments)?,
