@@ -1,7 +1,6 @@
 //! Model bundles.
 
-use crate::files::{is_one_of, join, patched, split};
-use crate::png;
+use crate::files::{is_one_of, join, parts, patched};
 use crate::{picture, template, weights};
 use anyhow::{Context, Result};
 use deepsft::{Accuracy, FoundRule, MODEL_FILE, ModelBundle, ModelCard, Provenance, WEIGHTS_FILE};
@@ -14,18 +13,17 @@ const TEMPLATE: [&str; 3] = ["template/template.json", "template/texture.png", "
 /// The files are the description, the three of the template and the weights. The description lists them by their sizes and
 /// hashes, which no mutation finds.
 pub(crate) fn read(input: &[u8]) -> Result<()> {
-    let parts = split(input);
-    let part = |number: usize| parts.get(number).copied().unwrap_or_default();
-    let mut files: BTreeMap<String, Vec<u8>> = BTreeMap::new();
-    for (number, name) in (1..).zip(TEMPLATE).filter(|(number, _)| !part(*number).is_empty()) {
-        files.insert(name.to_owned(), png::repaired(part(number)));
-    }
-    if files.get(TEMPLATE[1]).is_some_and(|texture| picture::is_slow(texture)) {
+    let [description, template, texture, mesh, changes] = parts(input);
+    if picture::is_slow(&texture) {
         return Ok(());
     }
-    files.insert(WEIGHTS_FILE.to_owned(), patched(part(4), weights::small_file()?));
-    files.insert(MODEL_FILE.to_owned(), sealed(part(0), &files));
-    let _ = ModelBundle::file_names(part(0));
+    let given = TEMPLATE.into_iter().zip([template, texture, mesh]);
+    let mut files: BTreeMap<String, Vec<u8>> = (given.filter(|(_, file)| !file.is_empty()))
+        .map(|(name, file)| (name.to_owned(), file))
+        .collect();
+    files.insert(WEIGHTS_FILE.to_owned(), patched(&changes, weights::small_file()?));
+    files.insert(MODEL_FILE.to_owned(), sealed(&description, &files));
+    let _ = ModelBundle::file_names(&description);
     let bundle = ModelBundle::from_files(&files)?;
     assert!(
         ModelBundle::template_from_files(&files).is_ok(),
@@ -44,10 +42,7 @@ pub(crate) fn read(input: &[u8]) -> Result<()> {
 
 /// The description with an entry for each file; as it is where it is no object.
 fn sealed(description: &[u8], files: &BTreeMap<String, Vec<u8>>) -> Vec<u8> {
-    let Ok(mut value) = serde_json::from_slice::<Value>(description) else {
-        return description.to_vec();
-    };
-    let Some(object) = value.as_object_mut() else {
+    let Ok(Value::Object(mut object)) = serde_json::from_slice(description) else {
         return description.to_vec();
     };
     let listed = object.entry("files").or_insert_with(|| Value::Object(Map::new()));
@@ -56,7 +51,7 @@ fn sealed(description: &[u8], files: &BTreeMap<String, Vec<u8>>) -> Vec<u8> {
             listed.insert(name.clone(), json!({"size": bytes.len(), "sha256": sha256(bytes)}));
         }
     }
-    value.to_string().into_bytes()
+    Value::Object(object).to_string().into_bytes()
 }
 
 pub(crate) fn seeds() -> Result<Vec<Vec<u8>>> {

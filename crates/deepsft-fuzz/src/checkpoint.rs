@@ -1,6 +1,6 @@
 //! Checkpoints of trainings.
 
-use crate::files::{join, patched, split, with_folder};
+use crate::files::{join, parts, patched, with_folder};
 use crate::{picture, weights};
 use anyhow::{Context, Result};
 use burn::module::Module;
@@ -9,7 +9,7 @@ use deepsft::NetworkConfig;
 use deepsft_network::{Network, pictures_to_tensor};
 use deepsft_train::{Checkpoint, CheckpointFolder, CurvePoint, Device, Fingerprint, Optimizer};
 use std::fs;
-use std::sync::OnceLock;
+use std::sync::LazyLock;
 
 /// A checkpoint's files, the average of the weights last.
 const FILES: [&str; 4] = ["state.json", "network.bpk", "optimizer.bpk", "average.bpk"];
@@ -19,15 +19,10 @@ const OPTIMIZER: Optimizer = Optimizer::Adam { betas: [0.9, 0.999] };
 
 /// The files are those of a checkpoint, as they are or as changes of one that was saved.
 pub(crate) fn read(input: &[u8]) -> Result<()> {
-    let saved = saved()?;
-    let files: Vec<Vec<u8>> = (split(input).into_iter().zip(saved))
-        .map(|(part, whole)| patched(part, whole))
-        .collect();
+    let files = parts::<4>(input).into_iter().zip(saved()?);
+    let files = files.map(|(part, whole)| patched(&part, whole));
     let names = FILES.map(|name| format!("checkpoint/{name}"));
-    let files: Vec<(&str, &[u8])> = (names.iter().map(String::as_str).zip(files.iter().map(Vec::as_slice)))
-        .filter(|(_, file)| !file.is_empty())
-        .collect();
-    with_folder(&files, |folder| {
+    with_folder(names.into_iter().zip(files), |folder| {
         let checkpoint = CheckpointFolder::new(folder.join("checkpoint"));
         let state = checkpoint.state()?.context("there is no checkpoint")?;
         let config = weights::small_config()?;
@@ -41,15 +36,14 @@ pub(crate) fn read(input: &[u8]) -> Result<()> {
 
 /// The files of a checkpoint of the smallest network.
 fn saved() -> Result<&'static [Vec<u8>; 4]> {
-    static FILES: OnceLock<Option<[Vec<u8>; 4]>> = OnceLock::new();
-    let files = FILES.get_or_init(|| save().ok()).as_ref();
-    files.context("no checkpoint can be saved")
+    static FILES: LazyLock<Option<[Vec<u8>; 4]>> = LazyLock::new(|| save().ok());
+    FILES.as_ref().context("no checkpoint can be saved")
 }
 
 fn save() -> Result<[Vec<u8>; 4]> {
     let folder = tempfile::tempdir()?;
     let place = folder.path().join("checkpoint");
-    let config: NetworkConfig = weights::small_config()?;
+    let config = weights::small_config()?;
     let (network, optimizer) = trained(&config);
     let state = Checkpoint {
         step: 3,

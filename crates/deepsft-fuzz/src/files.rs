@@ -1,5 +1,6 @@
 //! Inputs that are several files, or changes of a file; and folders of files.
 
+use crate::png;
 use anyhow::{Context, Result};
 use std::fs;
 use std::path::Path;
@@ -7,16 +8,22 @@ use std::path::Path;
 /// What stands between two files. A mark survives mutations that lengths before the files would not.
 const MARK: &[u8] = b"\n<part>\n";
 
-/// The files of an input.
-pub(crate) fn split(input: &[u8]) -> Vec<&[u8]> {
+/// The files of an input, with repaired checksums where they hold PNG files.
+pub(crate) fn split(input: &[u8]) -> Vec<Vec<u8>> {
     let mut parts = Vec::new();
     let mut rest = input;
     while let Some(at) = rest.windows(MARK.len()).position(|window| window == MARK) {
-        parts.push(&rest[..at]);
+        parts.push(png::repaired(&rest[..at]));
         rest = &rest[at + MARK.len()..];
     }
-    parts.push(rest);
+    parts.push(png::repaired(rest));
     parts
+}
+
+/// The first files of an input; those that it lacks are empty.
+pub(crate) fn parts<const COUNT: usize>(input: &[u8]) -> [Vec<u8>; COUNT] {
+    let mut parts = split(input).into_iter();
+    std::array::from_fn(|_| parts.next().unwrap_or_default())
 }
 
 /// The input of these files.
@@ -32,9 +39,8 @@ pub(crate) fn patched(part: &[u8], whole: &[u8]) -> Vec<u8> {
     };
     let mut file = whole.to_vec();
     for &[a, b, c, content] in changes.as_chunks().0 {
-        let position = u32::from_le_bytes([a, b, c, 0]) as usize;
         // Any position is one of the file.
-        let position = position % file.len().max(1);
+        let position = u32::from_le_bytes([a, b, c, 0]) as usize % file.len().max(1);
         if let Some(byte) = file.get_mut(position) {
             *byte = content;
         }
@@ -50,12 +56,17 @@ pub(crate) fn is_one_of(of: u32, input: &[u8]) -> bool {
 }
 
 /// Calls `read` with a folder that holds these files and no others. Empty ones are not there.
-pub(crate) fn with_folder<T>(files: &[(&str, &[u8])], read: impl FnOnce(&Path) -> Result<T>) -> Result<T> {
+pub(crate) fn with_folder<T>(
+    files: impl IntoIterator<Item = (impl AsRef<Path>, impl AsRef<[u8]>)>,
+    read: impl FnOnce(&Path) -> Result<T>,
+) -> Result<T> {
     let folder = tempfile::tempdir().context("no temporary folder")?;
-    for (name, bytes) in files.iter().filter(|(_, bytes)| !bytes.is_empty()) {
+    for (name, bytes) in files {
         let path = folder.path().join(name);
-        fs::create_dir_all(path.parent().unwrap_or(folder.path()))?;
-        fs::write(path, bytes)?;
+        if !bytes.as_ref().is_empty() {
+            fs::create_dir_all(path.parent().unwrap_or(folder.path()))?;
+            fs::write(path, bytes)?;
+        }
     }
     read(folder.path())
 }
@@ -69,6 +80,7 @@ mod tests {
         let parts: [&[u8]; 4] = [b"a\n", b"", b"<part>", b""];
         assert_eq!(split(&join(&parts)), parts);
         assert_eq!(split(b""), [b""]);
+        assert_eq!(super::parts::<2>(b"a"), [&b"a"[..], b""]);
     }
 
     #[test]

@@ -2,7 +2,6 @@
 
 use crate::files::{join, split};
 use crate::obj::read_files;
-use crate::png;
 use crate::{picture, template};
 use anyhow::Result;
 use base64::Engine;
@@ -15,16 +14,12 @@ use std::iter::repeat_n;
 /// A `.glb` file as it is; a document and its binary chunk, of which a `.glb` file is made; or a document with a buffer
 /// and a picture beside it.
 pub(crate) fn read(input: &[u8]) -> Result<()> {
-    let parts: Vec<Vec<u8>> = split(input).into_iter().map(png::repaired).collect();
-    match parts.as_slice() {
+    match split(input).as_slice() {
         [file] => read_files("scan.glb", file, false, &[], &|_| Vec::new()),
         [document, binary] => read_files("scan.glb", &container(document, binary), false, &[], &|_| Vec::new()),
         [document, buffer, texture, ..] => read_files("scan.gltf", document, false, texture, &|path| {
-            if path.extension().is_some_and(|ending| ending == "bin") {
-                buffer.clone()
-            } else {
-                texture.clone()
-            }
+            let is_buffer = path.extension().is_some_and(|ending| ending == "bin");
+            if is_buffer { buffer } else { texture }.clone()
         }),
         [] => Ok(()),
     }
@@ -40,12 +35,8 @@ fn container(document: &[u8], binary: &[u8]) -> Vec<u8> {
         file.extend(content);
         file.extend(repeat_n(fill, length - content.len()));
     }
-    let header = [
-        b"glTF".as_slice(),
-        &2_u32.to_le_bytes(),
-        &(12 + file.len() as u32).to_le_bytes(),
-    ];
-    [&header.concat()[..], &file].concat()
+    let length = 12 + file.len() as u32;
+    [b"glTF", &2_u32.to_le_bytes()[..], &length.to_le_bytes(), &file].concat()
 }
 
 /// A document of a triangle whose buffer and picture are named so.

@@ -1,7 +1,6 @@
 //! Meshes and scans as OBJ files, with materials and textures beside them.
 
-use crate::files::{join, split};
-use crate::png;
+use crate::files::{join, parts};
 use crate::{picture, template};
 use anyhow::Result;
 use deepsft::{encode_png, mesh_from_obj, mesh_to_obj};
@@ -11,22 +10,17 @@ use std::path::{Component, Path};
 
 /// The files are the mesh, its materials and its texture. Without materials the texture is that of all parts.
 pub(crate) fn read(input: &[u8]) -> Result<()> {
-    let parts = split(input);
-    let part = |number: usize| parts.get(number).copied().unwrap_or_default();
-    if let Ok(mesh) = mesh_from_obj(part(0)) {
+    let [scan, materials, texture] = parts(input);
+    if let Ok(mesh) = mesh_from_obj(&scan) {
         let again = mesh_from_obj(mesh_to_obj(&mesh).as_bytes());
         assert!(
             again.is_ok_and(|again| again.faces() == mesh.faces()),
             "written and read again it is another mesh"
         );
     }
-    let texture = png::repaired(part(2));
-    read_files("scan.obj", part(0), part(1).is_empty(), &texture, &|path| {
-        if path.extension().is_some_and(|ending| ending == "mtl") {
-            part(1).to_vec()
-        } else {
-            texture.clone()
-        }
+    read_files("scan.obj", &scan, materials.is_empty(), &texture, &|path| {
+        let is_materials = path.extension().is_some_and(|ending| ending == "mtl");
+        if is_materials { &materials } else { &texture }.clone()
     })
 }
 
@@ -43,9 +37,8 @@ pub(crate) fn read_files(
     }
     let of_all: Option<Picture> = of_all.then(|| deepsft::decode_picture(texture)).transpose()?;
     let scan = read_scan(name, scan, of_all, &|path| {
-        let stays = path
-            .components()
-            .all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
+        let mut parts = path.components();
+        let stays = parts.all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
         assert!(stays, "it reads {}", path.display());
         Ok::<_, FormatError>(beside(path))
     })?;

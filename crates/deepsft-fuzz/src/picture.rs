@@ -50,19 +50,14 @@ pub(crate) fn is_slow(file: &[u8]) -> bool {
 pub(crate) fn check(picture: &Picture) {
     let ImageSize { width, height } = picture.size();
     assert_eq!(picture.rgb().len(), 3 * width * height);
-    for (x, y) in [
-        (0.0, 0.0),
-        (width as f64, height as f64),
-        (width as f64 / 3.0, f64::INFINITY),
-    ] {
+    let (right, bottom) = (width as f64, height as f64);
+    for (x, y) in [(0.0, 0.0), (right, bottom), (right / 3.0, f64::INFINITY)] {
         assert!(picture.sample(x, y).iter().all(|value| (0.0..=255.0).contains(value)));
     }
     if is_one_of(WRITTEN, picture.rgb()) {
         let again = encode_png(picture).and_then(|png| decode_picture(&png));
-        assert!(
-            again.is_ok_and(|again| again == *picture),
-            "written and read again it is another picture"
-        );
+        let is_same = again.is_ok_and(|again| again == *picture);
+        assert!(is_same, "written and read again it is another picture");
     }
 }
 
@@ -84,34 +79,24 @@ pub(crate) fn seeds() -> Result<Vec<Vec<u8>>> {
     let mut grey = Vec::new();
     JpegEncoder::new(&mut grey).write_image(&[9; 63], 9, 7, ExtendedColorType::L8)?;
     let colors = [255, 0, 0, 0, 255, 0];
-    let palette = |bytes: usize| -> (&[u8; 4], &[u8]) { (b"PLTE", &colors[..bytes]) };
+    let palette = |bytes: usize, more: &[(&[u8; 4], &[u8])]| {
+        let chunks = [&[(b"PLTE", &colors[..bytes])], more].concat();
+        png::stored([8, 2], [1, 3, 0], &chunks, &[0, 0x5a, 0, 0xa5])
+    };
+    let filters = [0, 1, 2, 3, 1, 4, 5, 6, 2, 7, 8, 9, 3, 1, 2, 3, 4, 4, 5, 6];
+    let deep = [0, 1, 2, 3, 4, 5, 6, 7, 8, 8, 7, 6, 5, 4, 3, 2, 1];
     Ok(vec![
         encode_png(&picture)?,
         encode_jpeg(&picture, 90)?,
         jpeg,
         grey,
         // RGB of 8 bits with each filter; RGBA of 16; grey with alpha, interlaced; a palette of 1 bit, with EXIF data.
-        png::stored(
-            [1, 5],
-            [8, 2, 0],
-            &[],
-            &[0, 1, 2, 3, 1, 4, 5, 6, 2, 7, 8, 9, 3, 1, 2, 3, 4, 4, 5, 6],
-        ),
-        png::stored(
-            [2, 1],
-            [16, 6, 0],
-            &[],
-            &[0, 1, 2, 3, 4, 5, 6, 7, 8, 8, 7, 6, 5, 4, 3, 2, 1],
-        ),
+        png::stored([1, 5], [8, 2, 0], &[], &filters),
+        png::stored([2, 1], [16, 6, 0], &[], &deep),
         png::stored([2, 2], [8, 4, 1], &[], &[0, 1, 2, 0, 3, 4, 0, 5, 6, 7, 8]),
-        png::stored(
-            [8, 2],
-            [1, 3, 0],
-            &[palette(6), (b"tRNS", &[9]), (b"eXIf", EXIF)],
-            &[0, 0x5a, 0, 0xa5],
-        ),
+        palette(6, &[(b"tRNS", &[9]), (b"eXIf", EXIF)]),
         // Palettes that end within a colour, on which a decoder panicked once.
-        png::stored([8, 2], [1, 3, 0], &[palette(4)], &[0, 0x5a, 0, 0xa5]),
-        png::stored([8, 2], [1, 3, 0], &[palette(5)], &[0, 0x5a, 0, 0xa5]),
+        palette(4, &[]),
+        palette(5, &[]),
     ])
 }

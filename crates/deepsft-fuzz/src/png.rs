@@ -47,12 +47,8 @@ pub(crate) fn stored(
     before: &[(&[u8; 4], &[u8])],
     rows: &[u8],
 ) -> Vec<u8> {
-    let header = [
-        &size[0].to_be_bytes()[..],
-        &size[1].to_be_bytes(),
-        &[depth, color, 0, 0, interlaced],
-    ]
-    .concat();
+    let [width, height] = size.map(u32::to_be_bytes);
+    let header = [&width[..], &height, &[depth, color, 0, 0, interlaced]].concat();
     // zlib with one stored block; nobody looks at its checksum.
     let length = (rows.len() as u16).to_le_bytes();
     let pixels = [&[0x78, 0x01, 1][..], &length, &length.map(|byte| !byte), rows, &[0; 4]].concat();

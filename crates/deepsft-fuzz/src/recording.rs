@@ -1,6 +1,6 @@
 //! RGB-D recordings.
 
-use crate::files::{join, split, with_folder};
+use crate::files::{join, parts, with_folder};
 use crate::picture;
 use crate::png;
 use anyhow::Result;
@@ -19,15 +19,11 @@ const FILES: [&str; 5] = [
 
 /// The files are those of a recording of one frame; an empty one is not there.
 pub(crate) fn read(input: &[u8]) -> Result<()> {
-    let parts: Vec<Vec<u8>> = split(input).into_iter().map(png::repaired).collect();
-    if parts.iter().any(|part| picture::is_slow(part)) {
+    let files = parts::<5>(input);
+    if files.iter().any(|file| picture::is_slow(file)) {
         return Ok(());
     }
-    let files: Vec<(&str, &[u8])> = (FILES.into_iter().zip(&parts))
-        .map(|(name, part)| (name, part.as_slice()))
-        .filter(|(_, part)| !part.is_empty())
-        .collect();
-    with_folder(&files, |folder| {
+    with_folder(FILES.into_iter().zip(files), |folder| {
         let recording = Recording::open(folder)?;
         let sensor = recording.sensor();
         let again = RgbdSensor::from_json(&sensor.to_json()?);
@@ -36,15 +32,10 @@ pub(crate) fn read(input: &[u8]) -> Result<()> {
         let pixels = 16 * 9;
         let frame = recording.frame(0, &canonical)?;
         assert_eq!((frame.image.size(), frame.depth_mm.len()), ((16, 9).into(), pixels));
-        assert!(
-            frame.depth_mm.iter().all(|depth| depth.is_finite() && *depth >= 0.0),
-            "{:?}",
-            frame.depth_mm
-        );
-        assert_eq!(
-            frame.mask.map(|mask| mask.len()),
-            recording.has_masks().then_some(pixels)
-        );
+        let is_depth = |depth: &f32| depth.is_finite() && *depth >= 0.0;
+        assert!(frame.depth_mm.iter().all(is_depth), "{:?}", frame.depth_mm);
+        let masked = frame.mask.map(|mask| mask.len());
+        assert_eq!(masked, recording.has_masks().then_some(pixels));
         Ok(())
     })
 }

@@ -7,8 +7,7 @@ use anyhow::{Context, Result};
 use deepsft_formats::{
     DatasetDescription, DatasetFolder, IndexedShards, Sample, SampleRecord, ShardReader, write_shard,
 };
-use deepsft_geometry::glam::DVec2;
-use deepsft_geometry::glam::DVec3;
+use deepsft_geometry::glam::{DVec2, DVec3};
 use deepsft_geometry::{Camera, Maps};
 use serde_json::json;
 
@@ -22,8 +21,7 @@ const CHECKSUM: std::ops::Range<usize> = 148..156;
 
 /// A shard as it is; the descriptions of a data set in two parts; or the four entries of each sample.
 pub(crate) fn read(input: &[u8]) -> Result<()> {
-    let parts: Vec<Vec<u8>> = split(input).into_iter().map(png::repaired).collect();
-    match parts.as_slice() {
+    match split(input).as_slice() {
         [shard] => read_shard(&sealed(shard)),
         [one, other] => read_descriptions(one, other),
         entries => read_shard(&archive(entries)?),
@@ -32,13 +30,11 @@ pub(crate) fn read(input: &[u8]) -> Result<()> {
 
 fn read_descriptions(one: &[u8], other: &[u8]) -> Result<()> {
     let files = [("part-1-of-2/dataset.json", one), ("part-2-of-2/dataset.json", other)];
-    with_folder(&files, |folder| {
+    with_folder(files, |folder| {
         let set = DatasetFolder::open(folder)?;
         let description = set.description();
-        assert!(
-            DatasetDescription::from_json(&description.to_json()?).is_ok(),
-            "what was written cannot be read"
-        );
+        let again = DatasetDescription::from_json(&description.to_json()?);
+        assert!(again.is_ok(), "what was written cannot be read");
         let [template, _] = template::small()?;
         let _ = description.check_template(&template);
         // There are none.
@@ -52,7 +48,7 @@ fn read_shard(shard: &[u8]) -> Result<()> {
     let in_order: Result<Vec<SampleRecord>, _> = ShardReader::new(shard).records().and_then(Iterator::collect);
     let in_order = in_order?;
     let first = in_order.first().context("there is no sample in it")?;
-    with_folder(&[("shard-000000.tar", shard)], |folder| {
+    with_folder([("shard-000000.tar", shard)], |folder| {
         let mut shards = IndexedShards::new(first.sample.camera);
         let count = shards.add_described(folder.join("shard-000000.tar"), first.seed, first.index)?;
         assert_eq!(count, in_order.len() as u64, "samples out of order");
@@ -130,10 +126,8 @@ pub(crate) fn seeds() -> Result<Vec<Vec<u8>>> {
     let (mut depth, mut uv) = (rows(10), rows(30));
     depth[11 + 1 + 4..][..2].copy_from_slice(&3215_u16.to_be_bytes());
     uv[31 + 1 + 12..][..6].copy_from_slice(&[0x40, 0, 0xc0, 0, 0xff, 0xff]);
-    let (depth, uv) = (
-        png::stored([5, 4], [16, 0, 0], &[], &depth),
-        png::stored([5, 4], [16, 2, 0], &[], &uv),
-    );
+    let depth = png::stored([5, 4], [16, 0, 0], &[], &depth);
+    let uv = png::stored([5, 4], [16, 2, 0], &[], &uv);
     let next = String::from_utf8_lossy(&json)
         .replace("\"index\":0", "\"index\":1")
         .into_bytes();

@@ -9,7 +9,7 @@ use deepsft::{
 use deepsft_geometry::glam::DVec2;
 use deepsft_geometry::{Camera, Maps};
 use std::collections::BTreeMap;
-use std::sync::OnceLock;
+use std::sync::LazyLock;
 
 /// One of so many networks looks at a picture, which takes much longer than reading it.
 pub(crate) const RUN: u32 = 8;
@@ -23,11 +23,9 @@ pub(crate) fn read(input: &[u8]) -> Result<()> {
     }
     if let Ok(file) = weights_to_burnpack(&weights) {
         let again = weights_from_burnpack(&file).expect("weights that were written can be read");
-        let shapes = |weights: &Weights| {
-            weights
-                .iter()
-                .map(|(name, array)| (name.clone(), array.shape.clone()))
-                .collect::<Vec<_>>()
+        let shapes = |weights: &Weights| -> Vec<_> {
+            let shapes = weights.iter().map(|(name, array)| (name.clone(), array.shape.clone()));
+            shapes.collect()
         };
         assert_eq!(shapes(&again), shapes(&weights));
     }
@@ -71,11 +69,8 @@ pub(crate) fn small_config() -> Result<NetworkConfig> {
         mask_channels: 1,
         seams: false,
     };
-    Ok(NetworkConfig::new(
-        deepsft::Architecture::Compact(layers),
-        [40.0, 30.0],
-        &small_camera()?,
-    ))
+    let architecture = deepsft::Architecture::Compact(layers);
+    Ok(NetworkConfig::new(architecture, [40.0, 30.0], &small_camera()?))
 }
 
 /// A network of [`small_config`]. The weights are those that its plan asks for, one after another.
@@ -99,20 +94,14 @@ pub(crate) fn small_network() -> Result<FoldedNetwork> {
 
 /// The file of [`small_network`]'s weights.
 pub(crate) fn small_file() -> Result<&'static [u8]> {
-    static FILE: OnceLock<Option<Vec<u8>>> = OnceLock::new();
-    let make = || weights_to_burnpack(&small_network().ok()?.weights).ok();
-    FILE.get_or_init(make)
-        .as_deref()
-        .context("a small network cannot be made")
+    static FILE: LazyLock<Option<Vec<u8>>> = LazyLock::new(|| weights_to_burnpack(&small_network().ok()?.weights).ok());
+    FILE.as_deref().context("a small network cannot be made")
 }
 
 pub(crate) fn seeds() -> Result<Vec<Vec<u8>>> {
-    let array = |shape: &[usize]| {
-        let count: usize = shape.iter().product();
-        WeightArray {
-            shape: shape.to_vec(),
-            values: vec![0.5; count],
-        }
+    let array = |shape: &[usize]| WeightArray {
+        shape: shape.to_vec(),
+        values: vec![0.5; shape.iter().product()],
     };
     let few = Weights::from([
         ("a.weight".to_owned(), array(&[2, 3, 1, 1])),
