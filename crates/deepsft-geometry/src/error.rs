@@ -74,11 +74,8 @@ pub enum GeometryError {
         term: &'static str,
     },
     /// No vertex is visible: nothing says where the object is.
-    #[error("no vertex is visible ({ignored} points cannot be used)")]
-    NoVisibleVertex {
-        /// Points left out because they are not finite or of a vertex that is not there.
-        ignored: usize,
-    },
+    #[error("no vertex is visible")]
+    NoVisibleVertex,
     /// A matrix that must be positive definite is not, numerically, or its factorisation does not fit into memory.
     #[error("system of {unknowns} unknowns is numerically singular or too large")]
     Singular {

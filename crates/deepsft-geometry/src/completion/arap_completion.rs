@@ -1,6 +1,6 @@
 //! The completion of one frame.
 
-use super::components::{Aligned, Components, Holds};
+use super::components::Components;
 use super::options::CompletionOptions;
 use super::quasi_newton::{QuasiNewton, dot};
 use super::report::{Completion, CompletionEnergy, CompletionReport};
@@ -34,8 +34,7 @@ const SUFFICIENT_DECREASE: f64 = 1e-4;
 ///
 /// Starts from the rigid alignment of the rest shape, or of the last frame's mesh, with the
 /// visible points, component by component; without a last frame the rotations of the visible part are then
-/// extended into the hidden one. What the points leave open is taken from elsewhere and
-/// reported:
+/// extended into the hidden one. What the points leave open is taken from elsewhere:
 ///
 /// * one visible vertex: the shape moves there without turning; with several on one line it turns
 ///   as little as it can;
@@ -127,7 +126,7 @@ impl ArapCompletion {
     /// aligned to the new points.
     ///
     /// # Errors
-    /// [`GeometryError::NoVisibleVertex`] when no point is finite and of positive weight: nothing says where
+    /// [`GeometryError::NoVisibleVertex`] when no point is finite, of a vertex and of positive weight: nothing says where
     /// the object is. [`GeometryError::Weight`] for weights that cannot be,
     /// [`GeometryError::StartLength`], [`TemplateError::VertexNotFinite`] for such a start,
     /// [`GeometryError::Singular`] when weights differ so much (by 1e15) that the matrix cannot be factorised.
@@ -135,7 +134,7 @@ impl ArapCompletion {
         let visible = Visible::of(points, &self.welding)?;
         let from = self.checked_start(start)?;
         let from = from.as_deref().unwrap_or(self.welding.mesh().vertices());
-        let Aligned { vertices, unoriented } = self.components.align(from, &visible.points, &visible.weights);
+        let vertices = self.components.align(from, &visible.points, &visible.weights);
         let mut rotations = vec![DQuat::IDENTITY; vertices.len()];
         let mut here = Shape::at(vertices);
         self.evaluate(&mut here, Rotations::First(&mut rotations), &visible);
@@ -152,8 +151,8 @@ impl ArapCompletion {
                 Some(extended)
             }
         };
-        let Holds { of_vertex, loose } = self.components.tie(visible.weights.clone(), self.options.arap_weight);
-        self.matrix.factorize(&of_vertex)?;
+        let holds = self.components.tie(visible.weights.clone(), self.options.arap_weight);
+        self.matrix.factorize(&holds)?;
         if let Some(mut extended) = extended {
             // With the rotations held the energy is quadratic: one step leads to its minimum.
             self.evaluate(&mut there, Rotations::Held(&extended), &visible);
@@ -196,11 +195,6 @@ impl ArapCompletion {
         let report = CompletionReport {
             converged,
             iterations,
-            visible_vertices: visible.weights.iter().filter(|&&w| w > 0.0).count(),
-            ignored_points: visible.ignored,
-            components: self.components.count(),
-            unseen_components: loose,
-            unoriented_components: unoriented,
             initial_energy,
             final_energy: here.energy,
         };

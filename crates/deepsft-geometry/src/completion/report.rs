@@ -22,17 +22,6 @@ pub struct CompletionReport {
     pub converged: bool,
     /// Iterations done.
     pub iterations: usize,
-    /// Different vertices with a usable point; the copies of a vertex on a texture seam count once.
-    pub visible_vertices: usize,
-    /// Points left out because they are not finite or of a vertex that is not there.
-    pub ignored_points: usize,
-    /// Connected components of the mesh.
-    pub components: usize,
-    /// Components without a visible vertex: placed by the rigid motion of the others, not measured.
-    pub unseen_components: usize,
-    /// Components whose orientation is not measured: fewer than three visible vertices that are not on one line.
-    /// Their turn is partly or wholly that of the others (or of the start).
-    pub unoriented_components: usize,
     /// Energies at the rigid alignment.
     pub initial_energy: CompletionEnergy,
     /// Energies of the result.

@@ -31,7 +31,7 @@ pub(super) fn extended_rotations(
             holds[i] = matrix.diagonal(i);
         }
     }
-    let holds = components.tie(holds, prior.arap).of_vertex;
+    let holds = components.tie(holds, prior.arap);
     matrix.factorize(&holds)?;
     let mut blended = vec![DMat3::ZERO; rotations.len()];
     let mut columns = vec![DVec3::ZERO; rotations.len()];

@@ -21,8 +21,6 @@ pub struct VertexPoint {
 pub(super) struct Visible {
     pub(super) weights: Vec<f64>,
     pub(super) points: Vec<DVec3>,
-    /// Points left out because they are not finite or of a vertex that is not there.
-    pub(super) ignored: usize,
 }
 
 impl Visible {
@@ -32,16 +30,12 @@ impl Visible {
         let mut visible = Self {
             weights: vec![0.0; n],
             points: vec![DVec3::ZERO; n],
-            ignored: 0,
         };
         for point in points {
             check_weight("point data", point.weight)?;
-            let welded = welding.welded(point.vertex).filter(|_| point.p_camera.is_finite());
-            if let Some(vertex) = welded {
+            if let Some(vertex) = welding.welded(point.vertex).filter(|_| point.p_camera.is_finite()) {
                 visible.weights[vertex] += point.weight;
                 visible.points[vertex] += point.weight * point.p_camera;
-            } else {
-                visible.ignored += 1;
             }
         }
         for (sum, &weight) in visible.points.iter_mut().zip(&visible.weights) {
@@ -50,9 +44,7 @@ impl Visible {
             }
         }
         if visible.weights.iter().all(|&w| w <= 0.0) {
-            return Err(GeometryError::NoVisibleVertex {
-                ignored: visible.ignored,
-            });
+            return Err(GeometryError::NoVisibleVertex);
         }
         Ok(visible)
     }

@@ -1,15 +1,16 @@
 //! Self-similarity of a print: where a fit may have hopped to another mode.
 
 use super::mesh_fitter::WINDOW_PX;
-use crate::image::{ContrastNormalizer, GreyMipmap, ImageSize, Region};
+use crate::image::{ContrastNormalizer, GreyMipmap, ImageSize, Region, turned_clockwise};
 use crate::mesh::Template;
 use glam::DVec2;
+use std::iter::successors;
 
 /// Longer side of the grey print that is compared with itself, pixels. A motif has to be a few of them wide to be told from
 /// its neighbours: 15 mm on a sheet of A4.
 const LONG_SIDE: usize = 96;
 
-/// Blur before the comparison, pixels: perspective and bends are no reason to look different.
+/// Blur before the comparison, pixels of the small print: perspective and bends are no reason to look different.
 const BLUR_PX: f32 = 0.7;
 
 /// Correlation of two parts from which they look alike.
@@ -18,7 +19,7 @@ const ALIKE: f32 = 0.5;
 /// Least part of the print's contrast that both show.
 const MIN_OVERLAP: f32 = 0.3;
 
-/// Shortest shift, pixels, and around a peak the pixels that belong to it.
+/// Shortest shift, pixels of the small print, and around a peak the pixels that belong to it.
 const PEAK: isize = 3;
 
 /// The shortest shifts that are tried, both ways: over two rows of neighbours in most patterns.
@@ -38,12 +39,8 @@ pub(crate) struct SelfSimilarity {
 impl SelfSimilarity {
     /// The texture position that looks as `uv` does; outside the unit square where the print ends.
     pub(crate) fn of(&self, uv: DVec2) -> DVec2 {
-        turned(
-            self.quarter_turns,
-            uv * DVec2::new(1.0, self.aspect),
-            DVec2::new(1.0, self.aspect),
-        ) / DVec2::new(1.0, self.aspect)
-            + self.offset
+        let size = DVec2::new(1.0, self.aspect);
+        turned(self.quarter_turns, uv * size, size) / size + self.offset
     }
 }
 
@@ -99,23 +96,9 @@ impl SmallPrint {
         Self::new(width, height, normalized.values().to_vec())
     }
 
-    fn turned(&self, quarter_turns: usize) -> Self {
-        let (width, height) = match quarter_turns % 2 {
-            0 => (self.width, self.height),
-            _ => (self.height, self.width),
-        };
-        let mut values = vec![0.0; width * height];
-        for (p, &value) in self.values.iter().enumerate() {
-            let (x, y) = (p % self.width, p / self.width);
-            let (x, y) = match quarter_turns {
-                1 => (self.height - 1 - y, x),
-                2 => (self.width - 1 - x, self.height - 1 - y),
-                3 => (y, self.width - 1 - x),
-                _ => (x, y),
-            };
-            values[y * width + x] = value;
-        }
-        Self::new(width, height, values)
+    /// The print turned by a quarter clockwise.
+    fn turned(&self) -> Self {
+        Self::new(self.height, self.width, turned_clockwise(&self.values, self.width))
     }
 
     /// Sum of squares in the rectangle from `low` to before `high`.
@@ -210,8 +193,9 @@ pub(crate) fn self_similarities(template: &Template) -> Vec<SelfSimilarity> {
     shifts.retain(|&(at, _)| length(at) >= PEAK * PEAK);
     shifts.sort_by_key(|&(at, _)| length(at));
     let shifts = shifts.into_iter().take(MAX_SHIFTS).map(|(at, _)| like(0, at));
-    let turns = (1..4).filter_map(|turns| {
-        let peaks = print.peaks(&print.turned(turns));
+    let turned = successors(Some(print.turned()), |last| Some(last.turned()));
+    let turns = (1..4).zip(turned).filter_map(|(turns, turned)| {
+        let peaks = print.peaks(&turned);
         let best = peaks.into_iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
         Some(like(turns, best.0))
     });

@@ -1,7 +1,7 @@
 //! The colours of a template as a camera shows them.
 
 use super::depth_and_registration::Maps;
-use super::photo_consistency::drawn_colors;
+use super::photo_consistency::color_pairs;
 use crate::error::{GeometryError, check_size};
 use crate::image::Picture;
 
@@ -72,8 +72,7 @@ impl ColorMatch {
             return Ok(());
         }
         let mut sums = [[[0.0_f64; 2]; 3]; 2];
-        for (pixel, drawn) in drawn_colors(texture, maps) {
-            let seen = image.pixel(pixel % maps.width(), pixel / maps.width());
+        for (drawn, seen) in color_pairs(image, texture, maps).into_iter().flatten() {
             for k in 0..3 {
                 for (sums, value) in sums.iter_mut().zip([f64::from(drawn[k]), f64::from(seen[k])]) {
                     sums[k][0] += value;

@@ -26,12 +26,8 @@ pub fn draw_template(texture: &Picture, maps: &Maps) -> Picture {
 ///
 /// `None` when the mask is empty or the image is not of the maps' size.
 pub fn photo_consistency_error(image: &Picture, texture: &Picture, maps: &Maps) -> Option<f64> {
-    if image.size() != maps.size() {
-        return None;
-    }
     let mut squares = MeanSquare::default();
-    for (pixel, drawn) in drawn_colors(texture, maps) {
-        let seen = image.pixel(pixel % maps.width(), pixel / maps.width());
+    for (drawn, seen) in color_pairs(image, texture, maps)? {
         for (drawn, seen) in drawn.into_iter().zip(seen) {
             squares.add(((f64::from(drawn) - f64::from(seen)) / 255.0).powi(2));
         }
@@ -45,12 +41,8 @@ pub fn photo_consistency_error(image: &Picture, texture: &Picture, maps: &Maps) 
 ///
 /// `None` as there.
 pub fn relit_photo_consistency_error(image: &Picture, texture: &Picture, maps: &Maps) -> Option<f64> {
-    if image.size() != maps.size() {
-        return None;
-    }
     let mut colors = [PairedSums::default(); 3];
-    for (pixel, drawn) in drawn_colors(texture, maps) {
-        let seen = image.pixel(pixel % maps.width(), pixel / maps.width());
+    for (drawn, seen) in color_pairs(image, texture, maps)? {
         for ((sums, drawn), seen) in colors.iter_mut().zip(drawn).zip(seen) {
             sums.add(f64::from(drawn) / 255.0, f64::from(seen) / 255.0);
         }
@@ -60,8 +52,19 @@ pub fn relit_photo_consistency_error(image: &Picture, texture: &Picture, maps: &
     (count > 0.0).then(|| (sum / (3.0 * count)).sqrt())
 }
 
+/// The drawn and the seen colour of every pixel inside the mask; `None` when the image is not of the maps' size.
+pub(crate) fn color_pairs(
+    image: &Picture,
+    texture: &Picture,
+    maps: &Maps,
+) -> Option<impl Iterator<Item = ([f32; 3], [u8; 3])>> {
+    let seen = |pixel: usize| image.pixel(pixel % maps.width(), pixel / maps.width());
+    let pairs = || drawn_colors(texture, maps).map(move |(pixel, drawn)| (drawn, seen(pixel)));
+    (image.size() == maps.size()).then(pairs)
+}
+
 /// Row-major index and drawn colour (0..=255) of every pixel inside the mask, in order.
-pub(crate) fn drawn_colors(texture: &Picture, maps: &Maps) -> impl Iterator<Item = (usize, [f32; 3])> {
+fn drawn_colors(texture: &Picture, maps: &Maps) -> impl Iterator<Item = (usize, [f32; 3])> {
     let level = MipLevel::halved(texture.clone(), mipmap_level(texture, maps));
     let inside = (0..maps.depth().len()).filter(|&pixel| maps.inside(pixel));
     inside.map(move |pixel| (pixel, level.sample(maps.uv(pixel))))

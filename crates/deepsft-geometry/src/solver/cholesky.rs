@@ -47,12 +47,7 @@ impl Columns<'_> {
 
 impl std::fmt::Debug for SparseCholesky {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(
-            f,
-            "SparseCholesky({} unknowns, {} in the factor)",
-            self.dimension(),
-            self.factor.len()
-        )
+        write!(f, "SparseCholesky({} unknowns)", self.dimension())
     }
 }
 
@@ -122,7 +117,8 @@ impl SparseCholesky {
     /// Solves for the right-hand sides in `columns` (one to three vectors, one after the other) in place.
     pub(crate) fn solve(&mut self, columns: &mut [f64]) {
         let n = self.dimension();
-        let right_hand_sides = MatMut::from_column_major_slice_mut(columns, n, columns_of(columns.len(), n));
+        let count = columns.len().checked_div(n).unwrap_or(0);
+        let right_hand_sides = MatMut::from_column_major_slice_mut(columns, n, count);
         LltRef::new(&self.symbolic, &self.factor).solve_in_place_with_conj(
             Conj::No,
             right_hand_sides,
@@ -202,10 +198,6 @@ impl SparseCholesky {
     fn matrix_column(&self, k: usize) -> usize {
         self.symbolic.perm().map_or(k, |p| p.arrays().0[k])
     }
-}
-
-fn columns_of(length: usize, rows: usize) -> usize {
-    length.checked_div(rows).unwrap_or(0)
 }
 
 #[cfg(test)]

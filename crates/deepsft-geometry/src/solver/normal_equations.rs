@@ -213,13 +213,6 @@ mod tests {
     }
 
     #[test]
-    fn vertices_that_were_not_declared_coupled_are_noticed() {
-        let mut equations = NormalEquations::new(3, vec![[0, 1]]).unwrap();
-        equations.vector(DVec3::X, 1.0, &[(0, 1.0), (2, 1.0)]);
-        assert!(equations.outside());
-    }
-
-    #[test]
     fn residuals_of_triangles_count_as_those_of_any_vertices_do() {
         let pairs = (0..5).flat_map(|a| (a..5).map(move |b| [a, b])).collect::<Vec<_>>();
         let mut all = [0, 1].map(|_| NormalEquations::new(5, pairs.clone()).unwrap());

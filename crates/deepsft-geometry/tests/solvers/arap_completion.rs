@@ -125,7 +125,6 @@ fn beats_the_simple_methods(name: &str, mesh: &TriangleMesh, truth: &[DVec3], vi
         "{name}: {left} of the energy is left, {off_mm} mm from the minimum"
     );
     assert!(report.converged || report.iterations == 9, "{name}: {report:?}");
-    assert_eq!(report.visible_vertices, points.len());
     assert!(
         arap < rigid && arap < laplacian,
         "{name}: {arap} mm against {rigid} and {laplacian}"
@@ -233,7 +232,7 @@ fn with_no_visible_vertex_there_is_an_error_not_a_guess() {
     let mut completion = ArapCompletion::new(&mesh, CompletionOptions::default()).unwrap();
     assert_eq!(
         completion.complete(&[], None),
-        Err(GeometryError::NoVisibleVertex { ignored: 0 })
+        Err(GeometryError::NoVisibleVertex)
     );
     let hole = VertexPoint {
         vertex: 3,
@@ -242,7 +241,7 @@ fn with_no_visible_vertex_there_is_an_error_not_a_guess() {
     };
     assert_eq!(
         completion.complete(&[hole], None),
-        Err(GeometryError::NoVisibleVertex { ignored: 1 })
+        Err(GeometryError::NoVisibleVertex)
     );
 }
 
@@ -256,7 +255,6 @@ fn one_visible_vertex_carries_the_rest_shape_along_without_turning_it() {
         weight: 1.0,
     }];
     let Completion { vertices, report, .. } = complete(&mesh, &one);
-    assert_eq!((report.visible_vertices, report.unoriented_components), (1, 1));
     assert!(report.converged);
     let moved: Vec<DVec3> = mesh.vertices().iter().map(|p| p + to - mesh.vertices()[10]).collect();
     assert!(rmse(&vertices, &moved, |_| true) < 1e-9);
@@ -280,19 +278,10 @@ fn each_component_follows_its_own_points_and_one_without_points_follows_the_othe
     let truth: Vec<DVec3> = (0..2 * n)
         .map(|i| mesh.vertices()[i] + if i < n { left } else { right })
         .collect();
-    let Completion { vertices, report, .. } = complete(&mesh, &points(&truth, |i| i % 3 == 0));
-    assert_eq!((report.components, report.unseen_components), (2, 0));
+    let Completion { vertices, .. } = complete(&mesh, &points(&truth, |i| i % 3 == 0));
     assert!(rmse(&vertices, &truth, |_| true) < 1e-8);
 
     let Completion { vertices, report, .. } = complete(&mesh, &points(&truth, |i| i < n && i % 3 == 0));
-    assert_eq!(
-        (
-            report.components,
-            report.unseen_components,
-            report.unoriented_components
-        ),
-        (2, 1, 1)
-    );
     assert!(report.converged);
     let together: Vec<DVec3> = mesh.vertices().iter().map(|v| v + left).collect();
     assert!(rmse(&vertices, &together, |_| true) < 1e-8);
@@ -311,11 +300,6 @@ fn faces_without_area_and_loose_vertices_do_no_harm() {
     let truth: Vec<DVec3> = broken.vertices().iter().map(|&v| pose(v)).collect();
     let Completion { vertices, report, .. } = complete(&broken, &points(&truth, |i| i < n && i % 4 == 0));
     assert!(report.converged, "{report:?}");
-    assert_eq!(
-        (report.components, report.unseen_components),
-        (2, 1),
-        "the loose vertex is one of its own"
-    );
     assert!(rmse(&vertices, &truth, |_| true) < 1e-6);
 }
 
@@ -333,7 +317,6 @@ fn points_that_are_not_finite_count_as_hidden() {
         });
     }
     let (clean, holes) = (complete(&mesh, &clean), complete(&mesh, &holes));
-    assert_eq!(holes.report.ignored_points, 3);
     assert_eq!(holes.vertices, clean.vertices);
 }
 
@@ -349,7 +332,7 @@ fn points_and_starts_that_cannot_be_are_refused_by_name() {
     };
     assert_eq!(
         completion.complete(&[point(n, 1.0)], None),
-        Err(GeometryError::NoVisibleVertex { ignored: 1 })
+        Err(GeometryError::NoVisibleVertex)
     );
     for weight in [-1.0, f64::NAN, f64::INFINITY] {
         assert!(matches!(

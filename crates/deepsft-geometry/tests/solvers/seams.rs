@@ -50,8 +50,6 @@ fn a_texture_seam_does_not_tear_even_when_only_one_chart_is_seen() {
         })
         .collect();
     let completed = complete(&cut, &seen_in_cut);
-    assert_eq!(completed.report.components, 1);
-    assert_eq!(completed.report.visible_vertices, seen.len());
     // The order of the vertices, and with it that of eliminations and sums, is another.
     for (vertex, &w) in completed.vertices.iter().zip(&of_whole) {
         assert!(vertex.distance(expected.vertices[w]) < 1e-6);
@@ -68,7 +66,6 @@ fn a_texture_seam_does_not_tear_even_when_only_one_chart_is_seen() {
     assert!(both.len() > seen.len());
     let mut completion = ArapCompletion::new(&cut, CompletionOptions::default()).unwrap();
     let warm = completion.complete(&both, Some(&completed.vertices)).unwrap();
-    assert_eq!(warm.report.visible_vertices, seen.len());
     for (i, &w) in of_whole.iter().enumerate() {
         let other = of_whole.iter().position(|&v| v == w).unwrap();
         assert_eq!(warm.vertices[i], warm.vertices[other], "both copies are one point");

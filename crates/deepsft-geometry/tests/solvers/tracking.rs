@@ -41,7 +41,7 @@ impl Video {
     fn follow(&mut self, frame: u64, picture: &Picture) -> bool {
         let time_s = frame as f64 * FRAME_S;
         self.tracker
-            .follow(frame, time_s, picture, &self.camera)
+            .follow(frame, time_s, &TrackerImage::of(picture), &self.camera)
             .unwrap()
             .surface
             .is_some()
@@ -90,10 +90,10 @@ fn images_in_the_buffers_of_forgotten_ones_are_followed_as_new_ones_are() {
         let shared = TrackerImage::of_into(&picture, spare);
         let time_s = frame as f64 * FRAME_S;
         let new = TrackerImage::of(&picture);
-        video.tracker.follow_shared(frame, time_s, &new, &video.camera).unwrap();
+        video.tracker.follow(frame, time_s, &new, &video.camera).unwrap();
         video.tracker.update(frame, Some(&truth)).unwrap();
         for tracker in &mut trackers {
-            tracker.follow_shared(frame, time_s, &shared, &video.camera).unwrap();
+            tracker.follow(frame, time_s, &shared, &video.camera).unwrap();
             tracker.update(frame, Some(&truth)).unwrap();
             assert_eq!(surface(tracker), surface(&video.tracker));
         }
@@ -229,12 +229,12 @@ fn a_sheet_that_leaves_is_lost_and_an_answer_finds_it_again() {
 #[test]
 fn a_track_ends_after_so_many_seconds_whatever_the_frame_rate() {
     let noise = |x: usize, y: usize| (x * 7919 + y * 104_729) % 251;
-    let covered = Picture::from_fn(480, 270, |x, y| [noise(x / 3, y / 3) as u8; 3]);
+    let covered = TrackerImage::of(&Picture::from_fn(480, 270, |x, y| [noise(x / 3, y / 3) as u8; 3]));
     // Misses that the track survives: 0.09 s, and one in any case.
     for (frame_s, survived) in [(1.0 / 60.0, 5), (1.0 / 30.0, 2), (1.0 / 10.0, 1)] {
         let mut video = Video::new();
         let picture = video.picture(0);
-        video.tracker.follow(0, 0.0, &picture, &video.camera).unwrap();
+        assert!(!video.follow(0, &picture));
         video.tracker.update(0, Some(&video.vertices(0))).unwrap();
         let mut found = Vec::new();
         while found.last() != Some(&false) {
@@ -265,7 +265,7 @@ fn a_sheet_that_comes_in_fast_is_followed_from_a_late_answer() {
     };
     let truth = |frame: u64| VisibleSurface::new(template.mesh(), &vertices(frame), &camera).maps();
     for frame in 0..5 {
-        let picture = image(&template, &truth(frame));
+        let picture = TrackerImage::of(&image(&template, &truth(frame)));
         tracker
             .follow(frame, frame as f64 * FRAME_S, &picture, &camera)
             .unwrap();
@@ -290,7 +290,7 @@ fn what_a_search_has_found_is_dropped_when_the_network_does_not_see_it_there() {
         let mut vertices = bent(&template, 0.0);
         vertices.iter_mut().for_each(|p| p.x += shift_mm);
         let truth = VisibleSurface::new(template.mesh(), &vertices, &camera).maps();
-        let picture = image(&template, &truth);
+        let picture = TrackerImage::of(&image(&template, &truth));
         tracker
             .follow(frame, frame as f64 * FRAME_S, &picture, &camera)
             .unwrap();
@@ -379,7 +379,7 @@ fn a_forgotten_frame_is_ignored_and_wrong_sizes_are_refused() {
         video.tracker.update(7, Some(&[DVec3::Z; 3])),
         Err(GeometryError::StartLength { actual: 3, .. })
     ));
-    let little = Picture::from_fn(48, 27, |_, _| [0; 3]);
+    let little = TrackerImage::of(&Picture::from_fn(48, 27, |_, _| [0; 3]));
     let refused = video.tracker.follow(8, 1.0, &little, &video.camera);
     assert!(matches!(refused, Err(GeometryError::MapSize { .. })));
 }

@@ -6,7 +6,7 @@ use crate::reading;
 use anyhow::{Context, Result, ensure};
 use deepsft::ModelBundle;
 use deepsft_geometry::fitting::{FitOptions, FrameFitter, Start};
-use deepsft_geometry::tracking::{TrackUpdate, Tracker, TrackingOptions};
+use deepsft_geometry::tracking::{TrackUpdate, Tracker, TrackerImage, TrackingOptions};
 use deepsft_geometry::{CompletionOptions, Maps, MapsCompletion};
 use serde::Serialize;
 
@@ -54,7 +54,7 @@ pub fn measure(bundle: &ModelBundle) -> Result<MeshTimes> {
     let mut tracker = Tracker::new(bundle.template(), TrackingOptions::default())?;
     for (k, (image, maps)) in frames.iter().zip(&maps).enumerate() {
         tracker.reset();
-        tracker.follow(k as u64, k as f64, image, &camera)?;
+        tracker.follow(k as u64, k as f64, &TrackerImage::of(image), &camera)?;
         let mut ms = 0.0;
         let answer = timed(&mut ms, || -> Result<TrackUpdate> {
             let seen = fitter.initial_mesh(&camera, &Start::Maps(maps.clone()))?;
@@ -70,8 +70,9 @@ pub fn measure(bundle: &ModelBundle) -> Result<MeshTimes> {
     for (k, image) in frames.iter().enumerate() {
         let mut ms = 0.0;
         let found = timed(&mut ms, || {
+            let image = TrackerImage::of_into(image, tracker.spare_image());
             tracker
-                .follow(k as u64, k as f64 / 30.0, image, &camera)
+                .follow(k as u64, k as f64 / 30.0, &image, &camera)
                 .map(|t| t.surface.is_some())
         })?;
         if k == 0 {

@@ -95,7 +95,7 @@ impl FollowedTarget {
         image: &TrackerImage,
         camera: &Camera,
     ) -> Result<(), DeepSftError> {
-        self.tracker.follow_shared(frame, time_s, image, camera)?;
+        self.tracker.follow(frame, time_s, image, camera)?;
         self.take(time_s);
         Ok(())
     }

@@ -12,7 +12,7 @@ use crate::fitting::mesh_fitter::{FitRound, Fitted, check_blurs};
 use crate::fitting::observation::Observation;
 use crate::fitting::print::Drawing;
 use crate::fitting::start::Start;
-use crate::image::{GreyImage, Picture};
+use crate::image::GreyImage;
 use crate::maps::raster::VisibleSurface;
 use crate::mesh::Template;
 use crate::surface::Surface;
@@ -89,33 +89,18 @@ impl Tracker {
         self.current = Tracked::default();
     }
 
-    /// Takes the next frame of the video: number `frame` at `time_s`, both ascending (a frame that does not ascend starts the
-    /// video afresh), as the canonical `image` of `camera`. While nothing is followed it is only remembered.
-    ///
-    /// # Errors
-    /// [`GeometryError::MapSize`] when the image is not of the camera's size.
-    pub fn follow(
-        &mut self,
-        frame: u64,
-        time_s: f64,
-        image: &Picture,
-        camera: &Camera,
-    ) -> Result<&Tracked, GeometryError> {
-        let image = TrackerImage::of_into(image, self.spare_image());
-        self.follow_shared(frame, time_s, &image, camera)
-    }
-
     /// An image that the tracker no longer remembers, for [`TrackerImage::of_into`]: a long video then makes no new ones. It is given
     /// once. Of several trackers that share their images ask all and keep one answer: an image that one of them still holds is not used.
     pub fn spare_image(&mut self) -> Option<TrackerImage> {
         self.spare.take()
     }
 
-    /// As [`follow`](Self::follow), with an image that other trackers take too.
+    /// Takes the next frame of the video: number `frame` at `time_s`, both ascending (a frame that does not ascend starts the
+    /// video afresh), as the canonical `image` of `camera`. While nothing is followed it is only remembered.
     ///
     /// # Errors
-    /// As [`follow`](Self::follow).
-    pub fn follow_shared(
+    /// [`GeometryError::MapSize`] when the image is not of the camera's size.
+    pub fn follow(
         &mut self,
         frame: u64,
         time_s: f64,

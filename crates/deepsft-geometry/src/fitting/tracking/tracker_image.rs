@@ -36,29 +36,3 @@ impl TrackerImage {
         }))
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_spare_image_gives_its_buffers_unless_it_is_held_elsewhere() {
-        let picture = |(width, height)| Picture::from_fn(width, height, |x, y| [(x * y % 251) as u8, (x ^ y) as u8, 9]);
-        let buffers =
-            |TrackerImage(sizes): &TrackerImage| [&sizes.whole, &sizes.half].map(|image| image.values.as_ptr());
-        let mut image = TrackerImage::of(&picture((480, 270)));
-        let first = buffers(&image);
-        // The same size, that of a turned camera, and a smaller one.
-        for size in [(480, 270), (270, 480), (96, 54)] {
-            image = TrackerImage::of_into(&picture(size), Some(image));
-            let fresh = TrackerImage::of(&picture(size));
-            assert_eq!(buffers(&image), first, "{size:?}");
-            assert_eq!(image.0.whole, fresh.0.whole, "{size:?}");
-            assert_eq!(image.0.half, fresh.0.half, "{size:?}");
-        }
-        let held = image.clone();
-        let other = TrackerImage::of_into(&picture((96, 40)), Some(image));
-        assert_ne!(buffers(&other), first);
-        assert_eq!(held.0.whole, TrackerImage::of(&picture((96, 54))).0.whole);
-    }
-}
