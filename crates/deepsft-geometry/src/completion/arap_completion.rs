@@ -1,5 +1,6 @@
 //! The completion of one frame.
 
+use super::arap_cells::{ArapCells, Rotations};
 use super::components::Components;
 use super::options::CompletionOptions;
 use super::quasi_newton::{QuasiNewton, dot};
@@ -11,7 +12,6 @@ use crate::error::{GeometryError, check_start};
 use crate::mesh::{TriangleMesh, Welding};
 use crate::solver::checked::{check_scale, check_weight};
 use crate::solver::mean_edge_length;
-use crate::solver::terms::arap_cells::{ArapCells, CellEnergy, Rotations};
 use crate::template_error::TemplateError;
 use glam::{DQuat, DVec3};
 
@@ -226,9 +226,12 @@ impl ArapCompletion {
             *gradient = weight * residual;
             data += weight * residual.length_squared();
         }
-        let CellEnergy { arap, smoothness } = self.prior.add_gradient(&shape.vertices, rotations, &mut shape.gradient);
-        shape.energy = CompletionEnergy { data, arap, smoothness };
-        shape.total = data + self.prior.arap * arap + self.prior.smoothness * smoothness;
+        let mut energy = CompletionEnergy::default();
+        self.prior
+            .add_gradient(&shape.vertices, rotations, &mut shape.gradient, &mut energy);
+        energy.data = data;
+        shape.total = data + self.prior.arap * energy.arap + self.prior.smoothness * energy.smoothness;
+        shape.energy = energy;
     }
 }
 

@@ -1,7 +1,7 @@
 //! Connected components of a mesh, and what holds each in place.
 
+use super::arap_cells::ArapCells;
 use crate::mesh::{DisjointSets, RigidMotion};
-use crate::solver::terms::arap_cells::ArapCells;
 use glam::DVec3;
 
 /// Which component each vertex belongs to.
@@ -16,7 +16,7 @@ impl Components {
     pub(super) fn of(prior: &ArapCells) -> Self {
         let mut sets = DisjointSets::new(prior.vertices());
         for i in 0..prior.vertices() {
-            prior.neighbours(i).for_each(|(j, _)| sets.join(i, j));
+            prior.edges(i).for_each(|(j, ..)| sets.join(i, j));
         }
         let (of_vertex, count) = sets.numbered();
         Self { of_vertex, count }

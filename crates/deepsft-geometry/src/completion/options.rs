@@ -1,7 +1,5 @@
 //! Weights and limits.
 
-use crate::solver::{PAPER_ARAP_WEIGHT, PAPER_SMOOTHNESS_WEIGHT};
-
 /// Weights and limits of ARAP completion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CompletionOptions {
@@ -19,8 +17,8 @@ pub struct CompletionOptions {
 impl Default for CompletionOptions {
     fn default() -> Self {
         Self {
-            arap_weight: PAPER_ARAP_WEIGHT,
-            smoothness_weight: PAPER_SMOOTHNESS_WEIGHT,
+            arap_weight: 20.0,
+            smoothness_weight: 0.005,
             max_iterations: 9,
             step_tolerance: 1e-3,
         }

@@ -1,8 +1,8 @@
 //! The matrix of ARAP completion.
 
+use super::arap_cells::ArapCells;
 use crate::error::GeometryError;
 use crate::solver::cholesky::SparseCholesky;
-use crate::solver::terms::arap_cells::ArapCells;
 use glam::DVec3;
 
 /// The n x n matrix that the three coordinates fraction: the cotangent Laplacian, weighted, and on its diagonal what
@@ -24,7 +24,7 @@ impl Stiffness {
         for i in 0..n {
             rows.push(i);
             laplacian.push(weight * prior.degree(i));
-            for (j, edge) in prior.neighbours(i).filter(|n| n.0 > i) {
+            for (j, edge, _) in prior.edges(i).filter(|edge| edge.0 > i) {
                 rows.push(j);
                 laplacian.push(-weight * edge);
             }

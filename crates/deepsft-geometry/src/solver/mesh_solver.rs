@@ -150,7 +150,7 @@ pub struct MeshSolver {
 
 impl MeshSolver {
     /// Prepares for the vertices of `template`. Terms over single vertices, edges and faces are always
-    /// provided for; `structure` are terms that couple more (bending, ARAP with smoothness).
+    /// provided for; `structure` are terms that couple more (bending).
     ///
     /// # Errors
     /// [`GeometryError::MeshWithoutExtent`] for a mesh without an edge of positive length.

@@ -9,12 +9,10 @@
 //! | [`PhotoConsistency`] | the template's texture on the image, robust | local deviations of grey |
 //! | [`DepthPrior`] | depths with their uncertainty, robust | standard deviations |
 //! | [`Isometry`] | edge lengths | lengths / mean edge length |
-//! | [`Arap`] | local rigidity and smoothness (the paper's E_arap, E_smooth) | lengths / mean edge length |
 //! | [`Bending`] | flatness of a thin shell | none (curvature integral) |
 //!
 //! Nothing depends on the unit of length: a template in metres and one in millimetres give the same
-//! shape with the same weights. When only 3D points and ARAP are wanted,
-//! [`ArapCompletion`](crate::ArapCompletion) minimises the same energy several times faster.
+//! shape with the same weights. From 3D points and ARAP alone [`ArapCompletion`](crate::ArapCompletion) completes a mesh.
 
 pub(crate) mod checked;
 pub(crate) mod cholesky;
@@ -29,7 +27,4 @@ pub use crate::mesh::SurfacePoint;
 pub use energy::{Energy, ResidualSink, Robust};
 pub use mean_edge_length::mean_edge_length;
 pub use mesh_solver::{MeshSolver, Solution, SolveOptions, SolveReport};
-pub use terms::{
-    Arap, Bending, DepthPrior, ImagePoint, Isometry, PAPER_ARAP_WEIGHT, PAPER_SMOOTHNESS_WEIGHT, PhotoConsistency,
-    PointDepth, Reprojection, TexturePoint,
-};
+pub use terms::{Bending, DepthPrior, ImagePoint, Isometry, PhotoConsistency, PointDepth, Reprojection, TexturePoint};

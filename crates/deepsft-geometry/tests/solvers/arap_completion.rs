@@ -108,6 +108,8 @@ fn beats_the_simple_methods(name: &str, mesh: &TriangleMesh, truth: &[DVec3], vi
     let [reached, start, bottom] =
         [report.final_energy, report.initial_energy, least.report.final_energy].map(weighted);
     let left = (reached - bottom) / (start - bottom);
+    // By the inequality of Cauchy and Schwarz.
+    assert!(0.0 < report.initial_energy.smoothness && report.initial_energy.smoothness <= report.initial_energy.arap);
     let off_mm = rmse(&vertices, &least.vertices, |_| true);
     let hidden = |i: usize| !visible(i);
     let [arap, rigid, laplacian] =
@@ -230,19 +232,13 @@ fn every_frame_may_see_other_vertices_and_the_last_mesh_is_a_better_start() {
 fn with_no_visible_vertex_there_is_an_error_not_a_guess() {
     let mesh = sheet();
     let mut completion = ArapCompletion::new(&mesh, CompletionOptions::default()).unwrap();
-    assert_eq!(
-        completion.complete(&[], None),
-        Err(GeometryError::NoVisibleVertex)
-    );
+    assert_eq!(completion.complete(&[], None), Err(GeometryError::NoVisibleVertex));
     let hole = VertexPoint {
         vertex: 3,
         p_camera: DVec3::new(0.0, f64::NAN, 400.0),
         weight: 1.0,
     };
-    assert_eq!(
-        completion.complete(&[hole], None),
-        Err(GeometryError::NoVisibleVertex)
-    );
+    assert_eq!(completion.complete(&[hole], None), Err(GeometryError::NoVisibleVertex));
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use crate::shapes::{PointData, bent, coarse_sheet, normals, pose, rmse, sheet};
 use deepsft_geometry::glam::{DQuat, DVec2, DVec3};
 use deepsft_geometry::solver::{
-    Arap, Bending, ContrastNormalizedImage, DepthPrior, Energy, ImagePoint, Isometry, MeshSolver, PhotoConsistency,
+    Bending, ContrastNormalizedImage, DepthPrior, Energy, ImagePoint, Isometry, MeshSolver, PhotoConsistency,
     PointDepth, Reprojection, Robust, Solution, SolveOptions, SurfacePoint, TexturePoint, mean_edge_length,
 };
 use deepsft_geometry::{Camera, GeometryError, Picture, RigidMotion, TriangleMesh, VertexPoint};
@@ -315,11 +315,10 @@ fn metres_and_millimetres_give_the_same_shape_for_all_terms_together() {
         let image = Reprojection::new(&mesh, &camera(), &image, Robust::Cauchy(3.0)).unwrap();
         let depth = DepthPrior::new(&mesh, &depths, 0.1, Robust::Cauchy(1.0)).unwrap();
         let isometry = Isometry::new(&mesh, 10.0).unwrap();
-        let arap = Arap::new(&mesh, 1.0, 0.005).unwrap();
         let bending = Bending::new(&mesh, 0.1).unwrap();
-        let mut solver = MeshSolver::new(&mesh, &[&isometry, &arap, &bending]).unwrap();
+        let mut solver = MeshSolver::new(&mesh, &[&isometry, &bending]).unwrap();
         let start = aligned(&mesh, &points(&truth, 1));
-        let terms: [&dyn Energy; 6] = [&data, &image, &depth, &isometry, &arap, &bending];
+        let terms: [&dyn Energy; 5] = [&data, &image, &depth, &isometry, &bending];
         let options = SolveOptions {
             max_iterations: 300,
             energy_tolerance: 1e-13,
@@ -340,38 +339,6 @@ fn metres_and_millimetres_give_the_same_shape_for_all_terms_together() {
     );
     // Both stop within the step tolerance of one minimum.
     assert!(rmse(&back, &mm.vertices, |_| true) < 1e-3);
-}
-
-#[test]
-fn arap_in_the_mesh_solver_agrees_with_arap_completion() {
-    use deepsft_geometry::{ArapCompletion, CompletionOptions};
-    let mesh = sheet();
-    let scale = mean_edge_length(&mesh).unwrap();
-    let truth = bent(&mesh, |s| s);
-    let seen: Vec<_> = points(&truth, 1)
-        .into_iter()
-        .filter(|p| mesh.vertices()[p.vertex].length() > 70.0)
-        .collect();
-    let options = CompletionOptions {
-        max_iterations: 300,
-        step_tolerance: 1e-7,
-        ..Default::default()
-    };
-    let completed = ArapCompletion::new(&mesh, options)
-        .unwrap()
-        .complete(&seen, None)
-        .unwrap();
-    let data = PointData::new(scale, &seen);
-    let arap = Arap::new(&mesh, 20.0, 0.005).unwrap();
-    let mut solver = MeshSolver::new(&mesh, &[&arap]).unwrap();
-    let solution = solver
-        .solve(&[&data, &arap], &completed.vertices, &SolveOptions::default())
-        .unwrap();
-    assert!(completed.report.converged);
-    assert!(rmse(&solution.vertices, &completed.vertices, |_| true) < 1e-3);
-    let energy = completed.report.final_energy;
-    let total = (energy.data + 20.0 * energy.arap + 0.005 * energy.smoothness) / scale.powi(2);
-    assert!((solution.report.initial_energy / total - 1.0).abs() < 1e-9);
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use deepsft_geometry::glam::{DQuat, DVec2, DVec3};
 use deepsft_geometry::solver::{
-    Arap, Bending, ContrastNormalizedImage, DepthPrior, Energy, ImagePoint, Isometry, PhotoConsistency, PointDepth,
+    Bending, ContrastNormalizedImage, DepthPrior, Energy, ImagePoint, Isometry, PhotoConsistency, PointDepth,
     Reprojection, ResidualSink, Robust, SurfacePoint, TexturePoint, mean_edge_length,
 };
 use deepsft_geometry::{Camera, GeometryError, Picture, Template, TriangleMesh};
@@ -267,26 +267,6 @@ fn the_curvature_of_isometry_is_the_second_difference_of_its_residuals() {
 }
 
 #[test]
-fn arap_and_smoothness_have_their_derivatives_and_are_zero_for_a_rigid_motion() {
-    let mesh = small();
-    for (arap, smoothness) in [(20.0, 0.0), (20.0, 0.005), (1.0, 5.0)] {
-        let term = Arap::new(&mesh, arap, smoothness).unwrap();
-        // The Jacobian holds the rotations, so only the gradient is that of the energy.
-        finite_differences(&term, &deformed(&mesh), STEP_MM, false);
-        assert!(term.energy(&rigidly_moved(&mesh)) < 1e-20);
-    }
-}
-
-#[test]
-fn smoothness_is_never_more_than_arap() {
-    let mesh = small();
-    let vertices = deformed(&mesh);
-    let both = Arap::new(&mesh, 1.0, 1.0).unwrap().energy(&vertices);
-    let arap = Arap::new(&mesh, 1.0, 0.0).unwrap().energy(&vertices);
-    assert!(arap > 0.0 && both <= 2.0 * arap * 1.2, "{both} {arap}");
-}
-
-#[test]
 fn bending_has_its_derivatives_is_zero_for_affine_maps_and_right_for_a_cylinder() {
     let mesh = small();
     let term = Bending::new(&mesh, 1.5).unwrap();
@@ -359,7 +339,6 @@ fn measurements_that_cannot_be_are_refused_and_holes_are_left_out() {
         Bending::new(&mesh, f64::NAN),
         Err(GeometryError::Weight { .. })
     ));
-    assert!(matches!(Arap::new(&mesh, 1.0, -0.1), Err(GeometryError::Weight { .. })));
 }
 
 #[test]
@@ -374,11 +353,7 @@ fn degenerate_faces_leave_every_term_finite() {
     ];
     let faces = vec![[0, 1, 2], [0, 3, 1], [0, 1, 4], [2, 2, 2]];
     let mesh = TriangleMesh::new(vertices, vec![DVec2::ZERO; 5], faces).unwrap();
-    let terms: [&dyn Energy; 3] = [
-        &Isometry::new(&mesh, 1.0).unwrap(),
-        &Arap::new(&mesh, 20.0, 0.005).unwrap(),
-        &Bending::new(&mesh, 1.0).unwrap(),
-    ];
+    let terms: [&dyn Energy; 2] = [&Isometry::new(&mesh, 1.0).unwrap(), &Bending::new(&mesh, 1.0).unwrap()];
     for term in terms {
         assert!(term.energy(mesh.vertices()) < 1e-20, "{}", term.name());
         let recorded = Recorder::of(term, mesh.vertices());

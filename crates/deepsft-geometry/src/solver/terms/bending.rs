@@ -15,8 +15,8 @@ const DEGENERATE_FACE: f64 = 1e-9;
 /// Model for Inextensible Surfaces*): weight times the sum over interior edges of
 /// 3 / (A_0 + A_1) |sum c_k p_k|^2 over the edge's ends and the two opposite corners, c from the rest shape's
 /// cotangents. Without unit: the integral of the squared curvature, times 1 to 3 depending on how the
-/// edges lie to the bend (3 for a grid bent along its sides). It pulls towards the flat sheet: for templates that are
-/// curved at rest use [`Arap`](super::Arap) with smoothness.
+/// edges lie to the bend (3 for a grid bent along its sides). It pulls towards the flat sheet: it is not for templates
+/// that are curved at rest.
 #[derive(Clone, Debug)]
 pub struct Bending {
     /// Vertices, coefficients and factor of each interior edge.
@@ -65,7 +65,7 @@ fn hinge(v: &[DVec3], vertices: [usize; 4]) -> Option<([usize; 4], [f64; 4], f64
 
 /// Cotangent of the angle at `a` in the face with corners `a`, `b`, `c`, and twice the face's area; `None` for a face
 /// without area.
-pub(super) fn cotangent(a: DVec3, b: DVec3, c: DVec3) -> Option<(f64, f64)> {
+pub(crate) fn cotangent(a: DVec3, b: DVec3, c: DVec3) -> Option<(f64, f64)> {
     let (e, f) = (b - a, c - a);
     let doubled = e.cross(f).length();
     let longest = e.length_squared().max(f.length_squared()).max((f - e).length_squared());

@@ -1,7 +1,8 @@
-//! As-rigid-as-possible cells of a template: what the ARAP term and ARAP completion share.
+//! As-rigid-as-possible cells of a template.
 
-use super::bending::cotangent;
+use super::report::CompletionEnergy;
 use crate::mesh::{TriangleMesh, nearest_rotation};
+use crate::solver::terms::cotangent;
 use glam::{DMat3, DQuat, DVec3};
 
 /// Cotangent weights are kept between these. The lower bound keeps obtuse and degenerate faces from
@@ -21,7 +22,7 @@ const WEIGHT_BOUNDS: [f64; 2] = [1e-4, 1e2];
 ///
 /// The rotations R_i are the best for the weighted sum of both, so the gradient below is exact.
 #[derive(Clone, Debug)]
-pub(crate) struct ArapCells {
+pub(super) struct ArapCells {
     /// Neighbours of vertex i: `neighbours[starts[i]..starts[i + 1]]`.
     starts: Vec<usize>,
     neighbours: Vec<usize>,
@@ -33,21 +34,12 @@ pub(crate) struct ArapCells {
     rest_sums: Vec<DVec3>,
     /// Most neighbours of a vertex.
     max_neighbours: usize,
-    pub(crate) arap: f64,
-    pub(crate) smoothness: f64,
-}
-
-/// Energies without their weights.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct CellEnergy {
-    pub arap: f64,
-    pub smoothness: f64,
+    pub(super) arap: f64,
+    pub(super) smoothness: f64,
 }
 
 /// Where the cells' rotations come from.
-pub(crate) enum Rotations<'a> {
-    /// The best, searched from the cell before.
-    Best,
+pub(super) enum Rotations<'a> {
     /// The best, searched from the cell before, and left here, one per vertex.
     First(&'a mut [DQuat]),
     /// The best, searched from these, one per vertex, which are left with them.
@@ -58,7 +50,7 @@ pub(crate) enum Rotations<'a> {
 
 impl ArapCells {
     /// For the edges of `template` with weights `arap` and `smoothness` of the two energies.
-    pub(crate) fn new(template: &TriangleMesh, arap: f64, smoothness: f64) -> Self {
+    pub(super) fn new(template: &TriangleMesh, arap: f64, smoothness: f64) -> Self {
         let v = template.vertices();
         let mut half_edges: Vec<([usize; 2], f64)> = Vec::with_capacity(6 * template.faces().len());
         for &[a, b, c] in template.faces() {
@@ -108,24 +100,18 @@ impl ArapCells {
     }
 
     /// Number of vertices.
-    pub(crate) fn vertices(&self) -> usize {
+    pub(super) fn vertices(&self) -> usize {
         self.degrees.len()
     }
 
-    /// Neighbours of a vertex and the weights of the edges to them.
-    pub(crate) fn neighbours(&self, i: usize) -> impl ExactSizeIterator<Item = (usize, f64)> + '_ {
-        let edges = self.starts[i]..self.starts[i + 1];
-        edges.map(|k| (self.neighbours[k], self.weights[k]))
-    }
-
     /// Neighbours of a vertex, the weights of the edges to them, and the rest edges q_ij.
-    pub(crate) fn edges(&self, i: usize) -> impl Iterator<Item = (usize, f64, DVec3)> + '_ {
+    pub(super) fn edges(&self, i: usize) -> impl Iterator<Item = (usize, f64, DVec3)> + '_ {
         let edges = self.starts[i]..self.starts[i + 1];
         edges.map(|k| (self.neighbours[k], self.weights[k], self.rest[k]))
     }
 
     /// d_i: the sum of a vertex's weights.
-    pub(crate) fn degree(&self, i: usize) -> f64 {
+    pub(super) fn degree(&self, i: usize) -> f64 {
         self.degrees[i]
     }
 
@@ -146,15 +132,14 @@ impl ArapCells {
         nearest_rotation(covariance, guess)
     }
 
-    /// Calls `visit` with every vertex, the residuals e_ij - R_i q_ij of its cell in the order of its
-    /// neighbours, and their weighted sum; returns the energies.
-    pub(crate) fn cells(
+    /// Adds half the gradient of arap E_arap + smoothness E_smooth to `gradient` and the energies, without their weights, to `energy`.
+    pub(super) fn add_gradient(
         &self,
         vertices: &[DVec3],
         mut rotations: Rotations<'_>,
-        mut visit: impl FnMut(usize, &[DVec3], DVec3),
-    ) -> CellEnergy {
-        let mut energy = CellEnergy::default();
+        gradient: &mut [DVec3],
+        energy: &mut CompletionEnergy,
+    ) {
         let mut buffer = vec![DVec3::ZERO; self.max_neighbours];
         let mut rotation = DQuat::IDENTITY;
         for (i, &vertex) in vertices.iter().enumerate() {
@@ -167,7 +152,6 @@ impl ArapCells {
                 *edge = vertex - vertices[j];
             }
             rotation = match &mut rotations {
-                Rotations::Best => self.rotation(i, weights, edges, rest, rotation),
                 Rotations::First(found) => {
                     found[i] = self.rotation(i, weights, edges, rest, rotation);
                     found[i]
@@ -185,34 +169,18 @@ impl ArapCells {
                 energy.arap += weight * edge.length_squared();
                 sum += weight * *edge;
             }
+            let mut mean = DVec3::ZERO;
             if self.degrees[i] > 0.0 {
                 energy.smoothness += sum.length_squared() / self.degrees[i];
+                mean = sum * (self.smoothness / self.degrees[i]);
             }
-            visit(i, edges, sum);
-        }
-        energy
-    }
-
-    /// Adds half the gradient of arap E_arap + smoothness E_smooth to `gradient` and returns the energies.
-    pub(crate) fn add_gradient(
-        &self,
-        vertices: &[DVec3],
-        rotations: Rotations<'_>,
-        gradient: &mut [DVec3],
-    ) -> CellEnergy {
-        self.cells(vertices, rotations, |i, residuals, sum| {
-            let mean = if self.degrees[i] > 0.0 {
-                sum * (self.smoothness / self.degrees[i])
-            } else {
-                DVec3::ZERO
-            };
             let mut pulls = DVec3::ZERO;
-            for ((j, weight), residual) in self.neighbours(i).zip(residuals) {
+            for ((&j, &weight), residual) in neighbours.iter().zip(weights).zip(&*edges) {
                 let pull = weight * (self.arap * *residual + mean);
                 pulls += pull;
                 gradient[j] -= pull;
             }
             gradient[i] += pulls;
-        })
+        }
     }
 }
