@@ -14,7 +14,7 @@ mod scene;
 
 pub use canonical_truth::canonical_truth;
 pub use clip::{
-    CLIP_FILE, ClipConfig, ClipDescription, ClipEvent, ClipFolder, ClipLength, ClipMotion, ClipStory, FIRST_CLIP_SEED,
+    CLIP_FILE, ClipDescription, ClipEvent, ClipFolder, ClipLength, ClipMotion, ClipStory, FIRST_CLIP_SEED,
     TRUTH_FOLDER, frame_name,
 };
 pub use dataset::{DatasetPlan, UnfinishedDataset};
@@ -23,28 +23,25 @@ pub use deepsft_formats::{
     IndexedShards, Sample, SampleRecord, ShapeCounts, ShardReader, ShardWriter, encode_depth_png, encode_jpeg,
     encode_mask_png, write_shard,
 };
-pub use deform::capsule;
-pub use deform::{
-    ClothConfig, ControlPointConfig, ControlPointDeformation, ControlPointShape, DeformationConfig, DeformationFamily,
-    deform, edge_length_change,
-};
+pub use deform::DeformationConfig;
 pub use error::SynthError;
 pub use in_order::{clip_frames, in_order, samples};
 /// The generators in this interface are those of this version of rand.
 pub use rand;
 pub use recording::{
-    ASSOCIATIONS_FILE, DEPTH_FOLDER, DepthAlignment, DepthNoise, MASK_FOLDER, PrintResponse, RGB_FOLDER, RecordedFrame,
-    Recording, RecordingSimulator, RgbdSensor, SeenDepth, SimulatedFrame, SimulationConfig, Take,
+    DEPTH_FOLDER, MASK_FOLDER, PrintResponse, RGB_FOLDER, RecordedFrame, Recording, RecordingSimulator, RgbdSensor,
+    SimulatedFrame, Take,
 };
 pub use render::{EffectsConfig, LightingConfig};
-pub use scene::{
-    OccluderKind, PhotographUse, PoseConfig, Scene, SynthConfig, Synthesizer, UniformPose, fraction_in_view,
-    sample_pose,
-};
+pub use scene::{OccluderKind, PhotographUse, PoseConfig, Scene, SynthConfig, Synthesizer};
 
 /// Colours, smooth noise and artwork, for painting textures.
 pub mod painting {
-    pub use crate::render::color::{any_color, srgb8_from_linear};
+    pub use crate::render::color::srgb8_from_linear;
     pub use crate::render::value_noise::{ValueNoise, floor};
     pub use crate::scene::artwork;
 }
+
+#[cfg(test)]
+#[path = "../tests/unit/mod.rs"]
+mod tests;

@@ -9,8 +9,8 @@ use clap::{Args, Subcommand};
 use deepsft_formats::{DATASET_FILE, FolderKind, StagedFolder, write_file};
 use deepsft_geometry::training_camera;
 use deepsft_synth::{
-    CAMERA_FILE, DEPTH_FOLDER, MASK_FOLDER, RGB_FOLDER, Recording, RecordingSimulator, SimulatedFrame,
-    SimulationConfig, TRUTH_FOLDER, encode_depth_png, encode_jpeg, encode_mask_png, in_order,
+    CAMERA_FILE, DEPTH_FOLDER, MASK_FOLDER, RGB_FOLDER, Recording, RecordingSimulator, SimulatedFrame, TRUTH_FOLDER,
+    encode_depth_png, encode_jpeg, encode_mask_png, in_order,
 };
 use std::path::{Path, PathBuf};
 
@@ -103,11 +103,7 @@ pub struct SimulateArguments {
 fn simulate(arguments: &SimulateArguments) -> Result<()> {
     let template = arguments.object.template_to_show()?;
     let folder = StagedFolder::new(&arguments.out, &SIMULATED_FOLDER)?;
-    let config = SimulationConfig {
-        conditions_change: arguments.changing_place,
-        ..SimulationConfig::default()
-    };
-    let simulator = RecordingSimulator::new(&template, config, arguments.seed)?;
+    let simulator = RecordingSimulator::new(&template, arguments.changing_place, arguments.seed)?;
     let frames = arguments.frames as usize;
     interruption::watch()?;
     let bar = progress::counting(frames as u64, "frames");
@@ -122,7 +118,7 @@ fn simulate(arguments: &SimulateArguments) -> Result<()> {
     bar.finish_and_clear();
     let write = |name: &str, content: String| write_file(&folder.path().join(name), content.as_bytes());
     write(CAMERA_FILE, simulator.sensor().to_json()?)?;
-    write(README, readme(&simulator, arguments.seed, frames))?;
+    write(README, readme(&simulator, arguments, frames))?;
     folder.commit()?;
     println!("simulated recording, {frames} frames: {}", arguments.out.display());
     Ok(())
@@ -130,7 +126,7 @@ fn simulate(arguments: &SimulateArguments) -> Result<()> {
 
 /// The frames in order, a take at a time on all cores.
 fn simulated_frames(simulator: &RecordingSimulator, frames: usize) -> impl Iterator<Item = Result<SimulatedFrame>> {
-    let a_take = simulator.config().frames_per_take;
+    let a_take = RecordingSimulator::FRAMES_PER_TAKE;
     (0..frames.div_ceil(a_take)).flat_map(move |number| {
         let take = simulator.take(number);
         let count = a_take.min(frames - number * a_take);
@@ -166,7 +162,7 @@ fn write_frame(
     Ok(truth)
 }
 
-fn readme(simulator: &RecordingSimulator, seed: u64, frames: usize) -> String {
+fn readme(simulator: &RecordingSimulator, arguments: &SimulateArguments, frames: usize) -> String {
     format!(
         "\
 # A simulated RGB-D recording
@@ -176,18 +172,18 @@ Figures measured on it are figures on simulated data.
 
 * light, paper and camera settings: {place}
 * print: {print:?}
-* depth camera: {depth:?}
+* depth camera: noise, holes and flying pixels in the style of a Kinect v2
 * renderer: `{DATASET_FILE}` in `{TRUTH_FOLDER}/`, which holds the truth. Training never reads it.
 ",
+        seed = arguments.seed,
         version = env!("CARGO_PKG_VERSION"),
-        rate = simulator.config().frames_per_s,
-        place = if simulator.config().conditions_change {
+        rate = RecordingSimulator::FRAMES_PER_S,
+        place = if arguments.changing_place {
             "others in every take"
         } else {
             "the same in all takes"
         },
         print = simulator.print(),
-        depth = simulator.config().depth,
     )
 }
 

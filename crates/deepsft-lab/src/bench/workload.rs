@@ -5,7 +5,7 @@ use burn::tensor::Device;
 use deepsft::ModelBundle;
 use deepsft_geometry::{Camera, Picture};
 use deepsft_network::{CompactNetwork, Network};
-use deepsft_synth::{ClipConfig, ClipMotion, FIRST_CLIP_SEED, SynthConfig, Synthesizer};
+use deepsft_synth::{ClipMotion, FIRST_CLIP_SEED, SynthConfig, Synthesizer};
 
 /// What browsers and phones deliver when asked for video.
 const WIDTH: usize = 1280;
@@ -50,7 +50,7 @@ pub fn camera_frame(bundle: &ModelBundle) -> Result<Picture> {
 /// The frames, as the canonical camera takes them.
 pub fn clip(bundle: &ModelBundle) -> Result<Vec<Picture>> {
     let camera = *bundle.camera();
-    let motion = ClipMotion::new(bundle.template(), &camera, ClipConfig::default(), CLIP_SEED);
+    let motion = ClipMotion::new(bundle.template(), &camera, CLIP_SEED);
     let synthesizer = Synthesizer::new(bundle.template(), SynthConfig::for_clips(camera))?;
     let scene = synthesizer.scene(CLIP_SEED, 0);
     let render = |k: usize| scene.render(motion.vertices_camera(k as f64 / LOOP_FRAMES as f64), k as u64);

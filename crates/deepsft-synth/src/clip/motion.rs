@@ -4,10 +4,8 @@
 //! trigonometric polynomial of the clip's phase (0 to 1), so a clip loops without a seam and a frame is a pure
 //! function of (template, configuration, seed, phase).
 
-use crate::deform::face_front;
-use crate::deform::{Bend, Rulings};
-use crate::random::between;
-use crate::random::{Stream, generator};
+use crate::deform::{Bend, Rulings, face_front};
+use crate::random::{Stream, between, generator};
 use crate::render::{EffectsConfig, LightingConfig};
 use crate::scene::SynthConfig;
 use deepsft_geometry::glam::{DAffine3, DQuat, DVec2, DVec3};
@@ -34,35 +32,18 @@ const ROOM_FRACTION: f64 = 0.85;
 /// Softness of the limit at which there is no room left, pixels of a 480-pixel row.
 const ROOM_SOFTNESS: f64 = 10.0;
 
-/// How a sheet moves in a clip. The defaults are for an A4 sheet before the training camera, all of it in view nearly
-/// always.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ClipConfig {
-    /// Least and greatest depth (z) of the sheet's centroid, mm. Default 330 to 600.
-    pub distance_mm: [f64; 2],
-    /// Greatest angle between the sheet's mean normal and the camera's axis, degrees. Default 42.
-    pub max_tilt_deg: f64,
-    /// Greatest in-plane rotation to either side, degrees. Default 18.
-    pub max_roll_deg: f64,
-    /// Greatest angle through which the sheet turns across its bend, radians (the integral of |curvature|). Default
-    /// 1.7; more hides parts of the sheet behind others.
-    pub max_bend_rad: f64,
-    /// Greatest angle of the rulings' mean direction to the template's y axis, to either side, radians. Default 0.8:
-    /// bends across the sheet and towards its corners.
-    pub max_ruling_rad: f64,
-}
-
-impl Default for ClipConfig {
-    fn default() -> Self {
-        Self {
-            distance_mm: [330.0, 600.0],
-            max_tilt_deg: 42.0,
-            max_roll_deg: 18.0,
-            max_bend_rad: 1.7,
-            max_ruling_rad: 0.8,
-        }
-    }
-}
+/// Least and greatest depth (z) of the sheet's centroid in clips, mm: all of an A4 sheet is in the training camera's view
+/// nearly always.
+pub(crate) const DISTANCE_MM: [f64; 2] = [330.0, 600.0];
+/// Greatest angle between the sheet's mean normal and the camera's axis, and greatest in-plane rotation to either side, degrees.
+pub(crate) const MAX_TILT_DEG: f64 = 42.0;
+const MAX_ROLL_DEG: f64 = 18.0;
+/// Greatest angle through which the sheet turns across its bend, radians (the integral of |curvature|); more hides parts of
+/// the sheet behind others.
+const MAX_BEND_RAD: f64 = 1.7;
+/// Greatest angle of the rulings' mean direction to the template's y axis, to either side, radians: bends across the sheet
+/// and towards its corners.
+const MAX_RULING_RAD: f64 = 0.8;
 
 impl SynthConfig {
     /// Returns the surroundings of clips as a good camera in a lit room has them. Light, background, hands and camera effects
@@ -110,10 +91,10 @@ impl SynthConfig {
 ///
 /// ```
 /// use deepsft_geometry::{Picture, Template, training_camera};
-/// use deepsft_synth::{ClipConfig, ClipMotion, FIRST_CLIP_SEED, SynthConfig, Synthesizer};
+/// use deepsft_synth::{ClipMotion, FIRST_CLIP_SEED, SynthConfig, Synthesizer};
 /// let template = Template::thin_shell(Picture::from_fn(64, 48, |x, _| [4 * x as u8; 3]), 297.0, 210.0)?;
 /// let camera = training_camera();
-/// let motion = ClipMotion::new(&template, &camera, ClipConfig::default(), FIRST_CLIP_SEED);
+/// let motion = ClipMotion::new(&template, &camera, FIRST_CLIP_SEED);
 /// let synthesizer = Synthesizer::new(&template, SynthConfig::for_clips(camera))?;
 /// let scene = synthesizer.scene(FIRST_CLIP_SEED, 0);
 /// let frames = (0..2).map(|k| scene.render(motion.vertices_camera(k as f64 / 2.0), k));
@@ -124,7 +105,7 @@ impl SynthConfig {
 pub struct ClipMotion<'a> {
     template: &'a Template,
     camera: Camera,
-    config: ClipConfig,
+    distance_mm: [f64; 2],
     distance: Swing,
     across: Swing,
     down: Swing,
@@ -139,13 +120,18 @@ pub struct ClipMotion<'a> {
 
 impl<'a> ClipMotion<'a> {
     /// Draws the motion of clip `seed` ([`FIRST_CLIP_SEED`] and above by convention) of a template before a camera.
-    pub fn new(template: &'a Template, camera: &Camera, config: ClipConfig, seed: u64) -> Self {
+    pub fn new(template: &'a Template, camera: &Camera, seed: u64) -> Self {
+        Self::at(DISTANCE_MM, template, camera, seed)
+    }
+
+    /// [`ClipMotion::new`] with the sheet's centroid at other depths, mm.
+    pub(crate) fn at(distance_mm: [f64; 2], template: &'a Template, camera: &Camera, seed: u64) -> Self {
         let mut rng = generator(seed, 0, Stream::Motion);
         let mut swing = || Swing::sample(&mut rng);
         Self {
             template,
             camera: *camera,
-            config,
+            distance_mm,
             distance: swing(),
             across: swing(),
             down: swing(),
@@ -175,7 +161,7 @@ impl<'a> ClipMotion<'a> {
         let radius = self.template.size_mm().length() / 2.0;
         let [near, far] = APEX_DIAGONALS.map(|diagonals| 2.0 * radius * diagonals);
         let distance = middle([near, far], self.apex.at(phase));
-        let towards_apex = DVec2::from_angle(FRAC_PI_2 + self.config.max_ruling_rad * self.ruling.at(phase));
+        let towards_apex = DVec2::from_angle(FRAC_PI_2 + MAX_RULING_RAD * self.ruling.at(phase));
         let rulings = Rulings::Conical {
             apex: towards_apex * distance,
             ray: -towards_apex,
@@ -189,18 +175,18 @@ impl<'a> ClipMotion<'a> {
             let x = (i as f64 + 0.5) * step - 1.0;
             let bump = 1.0 + (PI * x).cos();
             // From -1 to 1 the bump has the integral 2, |x| times the bump 1 - 4 / pi^2.
-            self.config.max_bend_rad * step * bump * (arch / 2.0 + wave * x / (1.0 - 4.0 / (PI * PI)))
+            MAX_BEND_RAD * step * bump * (arch / 2.0 + wave * x / (1.0 - 4.0 / (PI * PI)))
         });
         Bend::new(rulings, -reach, 2.0 * reach, &angles)
     }
 
     /// The pose `camera_from_template` of the bent sheet, whose mean is at the origin and faces -z.
     fn pose(&self, phase: f64) -> DAffine3 {
-        let depth = middle(self.config.distance_mm.map(f64::ln), self.distance.at(phase)).exp();
+        let depth = middle(self.distance_mm.map(f64::ln), self.distance.at(phase)).exp();
         // Each of the two stays below the limit / sqrt 2: together they stay below the limit.
         let tilt = DVec2::new(self.pitch.at(phase), self.yaw.at(phase)) * FRAC_1_SQRT_2;
-        let tilt = DQuat::from_scaled_axis((tilt * self.config.max_tilt_deg.to_radians()).extend(0.0));
-        let roll = DQuat::from_rotation_z(self.config.max_roll_deg.to_radians() * self.roll.at(phase));
+        let tilt = DQuat::from_scaled_axis((tilt * MAX_TILT_DEG.to_radians()).extend(0.0));
+        let roll = DQuat::from_rotation_z(MAX_ROLL_DEG.to_radians() * self.roll.at(phase));
         let image = self.camera.size().as_dvec2();
         let softness = ROOM_SOFTNESS * image.x / 480.0;
         let size = self.template.extent_mm().truncate();
@@ -234,13 +220,8 @@ impl Swing {
     fn at(&self, phase: f64) -> f64 {
         let harmonic =
             |(k, (height, start)): (usize, (&f64, &f64))| height * (TAU * (k + 1) as f64 * phase + start).sin();
-        self.scale
-            * HARMONICS
-                .iter()
-                .zip(&self.phases)
-                .enumerate()
-                .map(harmonic)
-                .sum::<f64>()
+        let harmonics = HARMONICS.iter().zip(&self.phases).enumerate();
+        self.scale * harmonics.map(harmonic).sum::<f64>()
     }
 }
 

@@ -1,12 +1,10 @@
 //! Clips with something that happens in them, frame by frame with ground truth: what tracking is tried out on.
 
-use crate::clip::motion::{ClipConfig, ClipMotion};
+use crate::clip::motion::ClipMotion;
 use crate::error::SynthError;
 use crate::random::{Stream, generator, mix};
-use crate::scene::SynthConfig;
-use crate::scene::Synthesizer;
 use crate::scene::occluder::PassingArm;
-use crate::scene::{Moment, Scene};
+use crate::scene::{Moment, Scene, SynthConfig, Synthesizer};
 use deepsft_formats::Sample;
 use deepsft_geometry::Camera;
 use deepsft_geometry::glam::DVec3;
@@ -163,9 +161,9 @@ impl<'a> ClipStory<'a> {
         event: ClipEvent,
         seed: u64,
     ) -> Result<Self, SynthError> {
-        length.check(["clip.frames", "clip.frames_per_s", "clip.exposure_s"])?;
+        length.check()?;
         let camera = &synthesizer.config().camera;
-        let motion = |seed| ClipMotion::new(synthesizer.template(), camera, ClipConfig::default(), seed);
+        let motion = |seed| ClipMotion::new(synthesizer.template(), camera, seed);
         let mut rng = generator(seed, EVENT_INDEX, Stream::Motion);
         let cut_fraction = CUT[0] + (CUT[1] - CUT[0]) * rng.random::<f64>();
         let direction = [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y][rng.random_range(0..4)];
@@ -283,11 +281,7 @@ impl<'a> ClipStory<'a> {
     fn instants(&self, frame: f64, exposure: f64, after: bool) -> usize {
         let camera = &self.synthesizer.config().camera;
         let ends = [-0.5, 0.5].map(|offset| self.vertices_of_shot(frame + offset * exposure, after));
-        let sheet = ends[0]
-            .iter()
-            .zip(&ends[1])
-            .filter_map(|(a, b)| Some(camera.project(*a)?.distance(camera.project(*b)?)))
-            .fold(0.0, f64::max);
+        let sheet = ways_px(camera, &ends[0], &ends[1]).fold(0.0, f64::max);
         let passing = (PASSING[1] - PASSING[0]) * self.length.frames as f64;
         let arm = match self.passing_progress(frame) {
             // Its way is a little longer than the image is wide.
@@ -307,11 +301,7 @@ impl<'a> ClipStory<'a> {
         let mut farthest = (0.0, None);
         for motion in tries {
             let after = motion.vertices_camera(phase);
-            let ways = before
-                .iter()
-                .zip(&after)
-                .filter_map(|(a, b)| Some(camera.project(*a)?.distance(camera.project(*b)?)));
-            let way = ways.sum::<f64>() / before.len().max(1) as f64;
+            let way = ways_px(camera, &before, &after).sum::<f64>() / before.len().max(1) as f64;
             if way > farthest.0 || farthest.1.is_none() {
                 farthest = (way, Some(motion));
             }
@@ -347,20 +337,26 @@ impl<'a> ClipStory<'a> {
 }
 
 impl ClipLength {
-    /// Checks the three fields, which errors call by `names`.
-    pub(crate) fn check(&self, names: [&'static str; 3]) -> Result<(), SynthError> {
+    fn check(&self) -> Result<(), SynthError> {
         if self.frames == 0 {
-            return Err(SynthError::setting(names[0], 0, "at least 1"));
+            return Err(SynthError::setting("clip.frames", 0, "at least 1"));
         }
         if !(self.frames_per_s > 0.0 && self.frames_per_s.is_finite()) {
-            return Err(SynthError::setting(names[1], self.frames_per_s, "a positive number"));
+            let expected = "a positive number";
+            return Err(SynthError::setting("clip.frames_per_s", self.frames_per_s, expected));
         }
         if !(0.0..=1.0).contains(&(self.exposure_s * self.frames_per_s)) {
             let expected = "0 to the time between two frames";
-            return Err(SynthError::setting(names[2], self.exposure_s, expected));
+            return Err(SynthError::setting("clip.exposure_s", self.exposure_s, expected));
         }
         Ok(())
     }
+}
+
+/// How far each vertex moves in the image, pixels.
+fn ways_px(camera: &Camera, from: &[DVec3], to: &[DVec3]) -> impl Iterator<Item = f64> {
+    let pairs = from.iter().zip(to);
+    pairs.filter_map(|(a, b)| Some(camera.project(*a)?.distance(camera.project(*b)?)))
 }
 
 fn mean_depth(vertices_camera: &[DVec3]) -> f64 {

@@ -1,6 +1,5 @@
 //! Which deformations of a sheet are drawn, and how strong they are.
 
-use crate::deform::manipulation::ClothConfig;
 use crate::random::between;
 use deepsft_formats::EdgeLengthChange;
 use rand::Rng;
@@ -8,8 +7,7 @@ use serde::Serialize;
 
 /// The kinds of shapes that are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum DeformationFamily {
+pub(crate) enum DeformationFamily {
     /// Nearly flat with slight waves.
     Wavy,
     /// One generalised cylinder or cone over the whole sheet, of random smooth curvature.
@@ -22,13 +20,13 @@ pub enum DeformationFamily {
     CornerCurls,
     /// Several of these at once, crossing, with waves.
     Mixed,
-    /// A simulated sheet, held and moved at random places, pulled and blown at ([`ClothConfig`]).
+    /// A simulated sheet, held and moved at random places, pulled and blown at.
     Cloth,
 }
 
 impl DeformationFamily {
     /// All families, in the order of [`DeformationConfig::family_weights`].
-    pub const ALL: &[Self] = &[
+    pub(crate) const ALL: &[Self] = &[
         Self::Wavy,
         Self::Cylinder,
         Self::Bends,
@@ -39,26 +37,15 @@ impl DeformationFamily {
     ];
 }
 
-/// What deformations are drawn. Ranges are `[least, most]` and drawn uniformly; lengths given as
-/// fractions of the sheet fit a configuration to any size.
+/// What deformations are drawn. Ranges are `[least, most]` and drawn uniformly; sheets may be
+/// of any size.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DeformationConfig {
-    /// How often each family of [`DeformationFamily::ALL`] is drawn, relative to each other.
+    /// How often each family is drawn, relative to each other: wavy, cylinder, bends, folds, corner curls, mixed, cloth.
     /// Default 1, 3, 2, 2, 2, 3, and 0 for cloth, which the shipped models have not seen.
     pub family_weights: [f64; 7],
-    /// Angle in radians through which a bend over the whole sheet turns, from edge to edge (the
-    /// integral of |curvature|). Default 0.2 to 2.2; more shows the sheet from behind.
-    pub bend_rad: [f64; 2],
     /// Angle in radians of a bend over a strip or of a corner curl. Default 0.2 to 1.6.
     pub strip_bend_rad: [f64; 2],
-    /// Angle in radians of a fold. Default 0.2 to 1.3; sharper folds are softened by the mesh.
-    pub fold_rad: [f64; 2],
-    /// Width of a fold in mm. Default 3 to 10; below the mesh's cells it no longer matters.
-    pub fold_width_mm: [f64; 2],
-    /// Most folds in a sheet. Default 4.
-    pub max_folds: usize,
-    /// Steepest slope of each wave. Default 0.02 to 0.1 (0.1 is 3 mm on a wave of 200 mm).
-    pub wave_slope: [f64; 2],
     /// Most radians by which a corner is turned against the sheet's centre. Default 2.5; above pi
     /// sheets roll up and cut through themselves.
     pub max_turn_rad: f64,
@@ -68,27 +55,19 @@ pub struct DeformationConfig {
     /// Bounds on the relative change of edge lengths. Default median 1 %, 95th percentile 3 %; a
     /// deformation beyond them is drawn weaker.
     pub max_edge_change: EdgeLengthChange,
-    /// How simulated cloth is manipulated.
-    pub cloth: ClothConfig,
 }
 
 impl Default for DeformationConfig {
     fn default() -> Self {
         Self {
             family_weights: [1.0, 3.0, 2.0, 2.0, 2.0, 3.0, 0.0],
-            bend_rad: [0.2, 2.2],
             strip_bend_rad: [0.2, 1.6],
-            fold_rad: [0.2, 1.3],
-            fold_width_mm: [3.0, 10.0],
-            max_folds: 4,
-            wave_slope: [0.02, 0.1],
             max_turn_rad: 2.5,
             relaxation_sweeps: 40,
             max_edge_change: EdgeLengthChange {
                 median: 0.01,
                 p95: 0.03,
             },
-            cloth: ClothConfig::default(),
         }
     }
 }

@@ -1,16 +1,14 @@
 //! Deformations of any mesh by control points: some regions are turned at random, the rest follows as rigidly as possible.
 
-use crate::deform::isometry::edge_length_changes;
+use crate::deform::relaxation::edge_length_changes;
 use crate::error::SynthError;
-use crate::random::between;
-use crate::random::unit_direction;
+use crate::random::{between, unit_direction};
 use deepsft_formats::EdgeLengthChange;
 use deepsft_geometry::VertexPoint;
 use deepsft_geometry::glam::{DQuat, DVec3};
 use deepsft_geometry::{ArapCompletion, CompletionOptions, RigidMotion, TriangleMesh, Welding};
 use rand::seq::SliceRandom;
 use rand::{Rng, RngExt};
-use serde::Serialize;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -34,87 +32,24 @@ const WEAKENING_TRIES: usize = 6;
 /// Weight of a control point's vertex against the completion's energies: control points give way a little, so that the stretch spreads.
 const WEIGHT: f64 = 2.0;
 
-/// Deformations of templates that are no sheets by control points. Random parts of the surface are turned about the joint
-/// behind them and shifted, and the rest follows as rigidly as possible. (The paper's section 5.1 poses hand-made rigs with
-/// random joint angles; control points are our equivalent, which needs no rig.) Ranges are `[lowest, highest]`, drawn
-/// uniformly.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct ControlPointConfig {
-    /// Control points that move. Default [2, 6] of 12.
-    pub moved: [usize; 2],
-    /// Greatest turn of a control point about any axis, degrees. Default 55.
-    pub max_turn_deg: f64,
-    /// Greatest shift of a control point, as a fraction of the longest way over the surface. Default 0.02.
-    pub max_shift: f64,
-    /// Bounds on the change of edge lengths: a shape that breaks them is made weaker. Default 2 % (median) and 10 %
-    /// (95th percentile): a stuffed toy gives at its joints. What breaks them at a tenth of its strength too keeps the
-    /// rest shape.
-    pub max_edge_change: EdgeLengthChange,
-}
+/// Control points that move.
+const MOVED: [usize; 2] = [2, 6];
 
-impl Default for ControlPointConfig {
-    fn default() -> Self {
-        Self {
-            moved: [2, 6],
-            max_turn_deg: 55.0,
-            max_shift: 0.02,
-            max_edge_change: EdgeLengthChange {
-                median: 0.02,
-                p95: 0.10,
-            },
-        }
-    }
-}
+/// Greatest turn of a control point about any axis, degrees, and greatest shift, as a fraction of the longest way over the surface.
+const MAX_TURN_DEG: f64 = 55.0;
+const MAX_SHIFT: f64 = 0.02;
 
-impl ControlPointConfig {
-    /// Checks the ranges.
-    ///
-    /// # Errors
-    /// [`SynthError::Setting`] names the field.
-    pub(crate) fn check(&self) -> Result<(), SynthError> {
-        let [fewest, most] = self.moved;
-        if fewest > most || most > CONTROL_POINTS {
-            let actual = format!("[{fewest}, {most}]");
-            let expected = "0 <= lowest <= highest <= 12";
-            return Err(SynthError::setting("control_points.moved", actual, expected));
-        }
-        for (parameter, value, most) in [
-            ("control_points.max_turn_deg", self.max_turn_deg, 180.0),
-            ("control_points.max_shift", self.max_shift, 1.0),
-        ] {
-            if !(0.0..=most).contains(&value) {
-                let expected = "a number from 0 to the field's limit";
-                return Err(SynthError::setting(parameter, value, expected));
-            }
-        }
-        Ok(())
-    }
-}
+/// Bounds on the change of edge lengths: a stuffed toy gives at its joints.
+pub(crate) const TOY_EDGE_CHANGE: EdgeLengthChange = EdgeLengthChange {
+    median: 0.02,
+    p95: 0.10,
+};
 
-/// A shape of a mesh that control points made.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct ControlPointShape {
-    /// Vertices of the mesh, mm, template frame, laid on the rest shape as well as a rigid motion can.
-    pub vertices: Vec<DVec3>,
-    /// Fraction of the drawn turns and shifts that is in it. It is 1 where they kept the bounds on edge lengths, less where
-    /// they had to be weakened, 0 where the rest shape was kept.
-    pub strength: f64,
-}
-
-/// A mesh with its control points, ready to be deformed.
-///
-/// ```
-/// use deepsft_synth::{ControlPointConfig, ControlPointDeformation, capsule, edge_length_change};
-/// use rand::SeedableRng;
-/// let tube = capsule(240.0, 30.0, 41, 24)?;
-/// let deformation = ControlPointDeformation::new(&tube)?;
-/// let bent = deformation.deform(&ControlPointConfig::default(), &mut rand_pcg::Pcg64Mcg::seed_from_u64(5));
-/// assert!(bent.strength > 0.0 && edge_length_change(&tube, &bent.vertices).p95 <= 0.1);
-/// # Ok::<(), deepsft_synth::SynthError>(())
-/// ```
+/// A mesh with its control points, ready to be deformed: random parts of the surface are turned about the joint behind them
+/// and shifted, and the rest follows as rigidly as possible. (The paper's section 5.1 poses hand-made rigs with random joint
+/// angles; control points are our equivalent, which needs no rig.)
 #[derive(Clone, Debug)]
-pub struct ControlPointDeformation {
+pub(crate) struct ControlPointDeformation {
     mesh: TriangleMesh,
     welding: Welding,
     /// Edges of the welded mesh.
@@ -142,7 +77,7 @@ impl ControlPointDeformation {
     ///
     /// # Errors
     /// [`SynthError::Geometry`] for a mesh without an edge of positive length.
-    pub fn new(mesh: &TriangleMesh) -> Result<Self, SynthError> {
+    pub(crate) fn new(mesh: &TriangleMesh) -> Result<Self, SynthError> {
         let welding = Welding::of(mesh)?;
         let edges = welding.mesh().edges();
         let surface = Surface::new(welding.mesh(), &edges);
@@ -163,17 +98,19 @@ impl ControlPointDeformation {
         })
     }
 
-    /// The mesh after a random deformation. A pure function of mesh, `config` and `rng`.
-    pub fn deform<R: Rng + ?Sized>(&self, config: &ControlPointConfig, rng: &mut R) -> ControlPointShape {
+    /// The vertices of the mesh after a random deformation, mm, template frame, laid on the rest shape as well as a rigid motion
+    /// can, and the fraction of the drawn turns and shifts that is in it: 0 where the rest shape was kept. One that changes edge lengths by `most` or more is made weaker; what does so at a
+    /// tenth of its strength keeps the rest shape.
+    pub(crate) fn deform<R: Rng + ?Sized>(&self, most: EdgeLengthChange, rng: &mut R) -> (Vec<DVec3>, f64) {
         let rest = self.welding.mesh().vertices();
         let mut order: Vec<usize> = (0..self.control_points.len()).collect();
         order.shuffle(rng);
-        let [fewest, most] = config.moved.map(|count| count.min(order.len()));
-        let count = rng.random_range(fewest..=most);
+        let [fewest, highest] = MOVED.map(|count| count.min(order.len()));
+        let count = rng.random_range(fewest..=highest);
         let moves: Vec<(DVec3, DVec3)> = (0..count)
             .map(|_| {
-                let turn = unit_direction(rng) * between([0.0, config.max_turn_deg.to_radians()], rng);
-                let shift = unit_direction(rng) * between([0.0, config.max_shift * self.length], rng);
+                let turn = unit_direction(rng) * between([0.0, MAX_TURN_DEG.to_radians()], rng);
+                let shift = unit_direction(rng) * between([0.0, MAX_SHIFT * self.length], rng);
                 (turn, shift)
             })
             .collect();
@@ -193,19 +130,16 @@ impl ControlPointDeformation {
             }
             let Some(vertices) = self.completed(&points) else { break };
             let change = EdgeLengthChange::of(edge_length_changes(rest, &self.edges, &self.welding.weld(&vertices)));
-            let most = config.max_edge_change;
             if change.median <= most.median && change.p95 <= most.p95 {
                 let pairs = vertices.iter().zip(self.mesh.vertices());
                 let motion = RigidMotion::align(pairs.map(|(&from, &to)| (from, to, 1.0)), RigidMotion::IDENTITY);
                 let vertices = vertices.into_iter().map(|p| motion.apply(p)).collect();
-                return ControlPointShape { vertices, strength };
+                return (vertices, strength);
             }
             strength *= WEAKENING;
         }
-        ControlPointShape {
-            vertices: self.mesh.vertices().to_vec(),
-            strength: 0.0,
-        }
+        (self.mesh.vertices().to_vec(), 0.0)
+    }
     }
 
     /// The mesh whose welded vertices are pulled to `points`.
@@ -331,11 +265,11 @@ impl<'a> Surface<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::deform::capsule;
+    use crate::tests::capsule::capsule;
 
     #[test]
     fn the_first_control_points_of_a_tube_are_its_ends_and_turn_about_its_axis() {
-        let tube = capsule(240.0, 20.0, 61, 24).unwrap();
+        let tube = capsule(240.0, 20.0, 61, 24);
         let deformation = ControlPointDeformation::new(&tube).unwrap();
         let mean = |control_point: &ControlPoint| {
             let points = control_point

@@ -32,27 +32,15 @@ const WEAKENING: f64 = 0.7;
 /// Deforms `template`'s rest mesh at random, quasi-isometrically, and returns its vertices in mm. They are in the template
 /// frame with the mean at the origin and the mean normal along -z, so that a pose's tilt is the tilt of the sheet as a whole.
 /// Edge lengths keep the configuration's bounds: a shape that breaks them is made weaker, and the sheet stays flat when no
-/// weaker shape will do. A template that is no sheet stays at rest: see [`crate::SynthConfig::control_points`]. A pure function
-/// of its arguments.
-///
-/// ```
-/// use deepsft_geometry::{Picture, Template};
-/// use deepsft_synth::{DeformationConfig, deform, edge_length_change};
-/// use rand::SeedableRng;
-/// let a4 = Template::thin_shell(Picture::from_fn(1, 1, |_, _| [255; 3]), 297.0, 210.0)?;
-/// let mut rng = rand_pcg::Pcg64Mcg::seed_from_u64(1);
-/// let vertices = deform(&a4, &DeformationConfig::default(), &mut rng);
-/// assert!(edge_length_change(a4.mesh(), &vertices).p95 < 0.03);
-/// # Ok::<(), deepsft_geometry::GeometryError>(())
-/// ```
-pub fn deform<R: Rng + ?Sized>(template: &Template, config: &DeformationConfig, rng: &mut R) -> Vec<DVec3> {
+/// weaker shape will do. A template that is no sheet stays at rest: control points deform it.
+pub(crate) fn deform<R: Rng + ?Sized>(template: &Template, config: &DeformationConfig, rng: &mut R) -> Vec<DVec3> {
     if !template.is_sheet() {
         return template.mesh().vertices().to_vec();
     }
     let relaxation = Relaxation::new(template);
     let family = config.draw_family(rng);
     if family == DeformationFamily::Cloth {
-        let mut manipulation = Manipulation::sample(template.size_mm(), &config.cloth, rng);
+        let mut manipulation = Manipulation::sample(template.size_mm(), rng);
         return deform_cloth(template, &relaxation, config, &mut manipulation);
     }
     let rest = template.mesh().vertices();

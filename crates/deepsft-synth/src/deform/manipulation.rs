@@ -8,7 +8,6 @@ use crate::random::unit_direction;
 use crate::random::{between, chance, sign};
 use deepsft_geometry::glam::{DQuat, DVec2, DVec3};
 use rand::{Rng, RngExt};
-use serde::Serialize;
 
 /// Radius of what a hand holds, fractions of the sheet's diagonal: 11 to 29 mm of an A4 sheet.
 const GRIP_RADIUS: [f64; 2] = [0.03, 0.08];
@@ -40,52 +39,27 @@ const SETTLING_STEP: f64 = 0.5;
 /// Steps between two looks at how the sheet lies in the wind.
 const WIND_EVERY: usize = 8;
 
-/// How simulated cloth is manipulated. Ranges are `[least, most]` and drawn uniformly. Fractions are of the sheet's
-/// diagonal, so that a configuration fits sheets of any size. All values are our choice.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct ClothConfig {
-    /// Bending length (Peirce 1930), fraction of the diagonal, uniform in its logarithm. It is how far a strip reaches out
-    /// before it bends under its own weight. Default 0.12 to 0.5 (A4: 44 to 180 mm, writing paper to thin card).
-    pub bending_length: [f64; 2],
-    /// Most parts that are held at once: corners, points of the border, points inside, edges. Default 4.
-    pub max_anchors: usize,
-    /// Farthest way that is drawn for an anchor, fraction of the diagonal. Default 0.4. Where anchors end no two points
-    /// that are held are farther apart than on the flat sheet. On the way there, and where a sheet is handled more
-    /// gently than drawn, they can be, because points that turn go along arcs: each by a tenth of its distance from
-    /// the centre of its part at most (at the default turn).
-    pub anchor_shift: f64,
-    /// Largest turn of an anchor, radians. Default 0.9.
-    pub anchor_turn_rad: f64,
-    /// Weight of the sheet in any direction, in units of its weight on earth. Default 0 to 1.
-    pub gravity: [f64; 2],
-    /// Most point forces. Default 3.
-    pub max_forces: usize,
-    /// Size of each point force, in units of the sheet's weight. Default 0.1 to 1.2.
-    pub force: [f64; 2],
-    /// Probability that wind blows at the sheet. Default 0.3.
-    pub wind_probability: f64,
-    /// Force of the wind on a sheet that faces it, in units of the sheet's weight. Default 0.3 to 1.5.
-    pub wind: [f64; 2],
-    /// Steps of the simulation. Default 240; fewer let the sheet stretch more before its strain is taken out.
-    pub steps: usize,
-}
-
-impl Default for ClothConfig {
-    fn default() -> Self {
-        Self {
-            bending_length: [0.12, 0.5],
-            max_anchors: 4,
-            anchor_shift: 0.4,
-            anchor_turn_rad: 0.9,
-            gravity: [0.0, 1.0],
-            max_forces: 3,
-            force: [0.1, 1.2],
-            wind_probability: 0.3,
-            wind: [0.3, 1.5],
-            steps: 240,
-        }
-    }
-}
+/// Bending length (Peirce 1930), fraction of the diagonal, uniform in its logarithm: how far a strip reaches out before it
+/// bends under its own weight. 44 to 180 mm of A4: writing paper to thin card.
+const BENDING_LENGTH: [f64; 2] = [0.12, 0.5];
+/// Most parts that are held at once: corners, points of the border, points inside, edges.
+const MAX_ANCHORS: usize = 4;
+/// Farthest way that is drawn for an anchor, fraction of the diagonal. Where anchors end no two points that are held are
+/// farther apart than on the flat sheet. On the way there, and where a sheet is handled more gently than drawn, they can
+/// be, because points that turn go along arcs: each by a tenth of its distance from the centre of its part at most.
+const ANCHOR_SHIFT: f64 = 0.4;
+/// Largest turn of an anchor, radians.
+const ANCHOR_TURN_RAD: f64 = 0.9;
+/// Weight of the sheet in any direction, in units of its weight on earth.
+const GRAVITY: [f64; 2] = [0.0, 1.0];
+/// Most point forces, and the size of each, in units of the sheet's weight.
+const MAX_FORCES: usize = 3;
+const FORCE: [f64; 2] = [0.1, 1.2];
+/// Probability of wind, and its force on a sheet that faces it, in units of the sheet's weight.
+const WIND_PROBABILITY: f64 = 0.3;
+const WIND: [f64; 2] = [0.3, 1.5];
+/// Steps of the simulation; fewer let the sheet stretch more before its strain is taken out.
+const STEPS: usize = 240;
 
 /// A part of the sheet that is held, and its motion: a turn about its centre and a way.
 #[derive(Clone, Debug)]
@@ -97,6 +71,12 @@ struct Anchor {
 }
 
 impl Anchor {
+    /// Shortens way and turn by `factor`.
+    fn weaken(&mut self, factor: f64) {
+        self.way *= factor;
+        self.turn = DQuat::IDENTITY.slerp(self.turn, factor);
+    }
+
     /// Where a point of the held part is at `fraction` of the motion.
     fn position(&self, rest: DVec2, fraction: f64) -> DVec3 {
         let turn = DQuat::IDENTITY.slerp(self.turn, fraction);
@@ -114,24 +94,23 @@ pub(crate) struct Manipulation {
     /// Acceleration of a sheet that faces the wind, along it, mm/s^2.
     wind: DVec3,
     duration_s: f64,
-    steps: usize,
 }
 
 impl Manipulation {
     /// A random manipulation of a sheet of the given size.
-    pub(crate) fn sample<R: Rng + ?Sized>(size_mm: DVec2, config: &ClothConfig, rng: &mut R) -> Self {
+    pub(crate) fn sample<R: Rng + ?Sized>(size_mm: DVec2, rng: &mut R) -> Self {
         let diagonal = size_mm.length();
-        let stiffness = between(config.bending_length.map(f64::ln), rng).exp();
+        let stiffness = between(BENDING_LENGTH.map(f64::ln), rng).exp();
         let mut cloth = Cloth::new(size_mm, stiffness * diagonal);
-        let anchors = sample_anchors(&cloth, size_mm, config, rng);
+        let anchors = sample_anchors(&cloth, size_mm, rng);
         for &particle in anchors.iter().flat_map(|anchor| &anchor.particles) {
             cloth.hold(particle);
         }
-        let gravity = unit_direction(rng) * between(config.gravity, rng) * FREE_FALL;
+        let gravity = unit_direction(rng) * between(GRAVITY, rng) * FREE_FALL;
         let mut pull = vec![gravity; cloth.rest().len()];
-        for _ in 0..rng.random_range(0..=config.max_forces) {
+        for _ in 0..rng.random_range(0..=MAX_FORCES) {
             let at = (DVec2::new(between([0.0, 1.0], rng), between([0.0, 1.0], rng)) - 0.5) * size_mm;
-            let force = unit_direction(rng) * between(config.force, rng) * FREE_FALL * size_mm.element_product();
+            let force = unit_direction(rng) * between(FORCE, rng) * FREE_FALL * size_mm.element_product();
             let weight = |p: &DVec2| (-0.5 * p.distance_squared(at) / (FORCE_RADIUS * diagonal).powi(2)).exp();
             let weights: Vec<f64> = cloth.rest().iter().map(weight).collect();
             let pulls = weights.iter().zip(cloth.areas()).map(|(weight, area)| weight * area);
@@ -140,24 +119,20 @@ impl Manipulation {
                 *pull += force * (weight / pulled);
             }
         }
-        let blows = chance(config.wind_probability, rng);
-        let wind = unit_direction(rng) * between(config.wind, rng) * FREE_FALL;
+        let blows = chance(WIND_PROBABILITY, rng);
+        let wind = unit_direction(rng) * between(WIND, rng) * FREE_FALL;
         Self {
             cloth,
             anchors,
             pull,
             wind: if blows { wind } else { DVec3::ZERO },
             duration_s: between(DURATION, rng) * (diagonal / FREE_FALL).sqrt(),
-            steps: config.steps.max(1),
         }
     }
 
     /// Shortens all ways and turns and weakens all forces by `factor`.
     pub(crate) fn weaken(&mut self, factor: f64) {
-        for anchor in &mut self.anchors {
-            anchor.way *= factor;
-            anchor.turn = DQuat::IDENTITY.slerp(anchor.turn, factor);
-        }
+        self.anchors.iter_mut().for_each(|anchor| anchor.weaken(factor));
         self.pull.iter_mut().for_each(|pull| *pull *= factor);
         self.wind *= factor;
     }
@@ -170,7 +145,7 @@ impl Manipulation {
     }
 
     fn step_s(&self) -> f64 {
-        self.duration_s / self.steps as f64
+        self.duration_s / STEPS as f64
     }
 
     /// The sheet as it is held at the end.
@@ -179,8 +154,8 @@ impl Manipulation {
         let unit_s = (cloth.diagonal() / FREE_FALL).sqrt();
         let kept = VELOCITY_KEPT.powf(self.step_s() / unit_s);
         let mut accelerations = self.pull.clone();
-        for step in 0..self.steps {
-            let time = (step + 1) as f64 / self.steps as f64;
+        for step in 0..STEPS {
+            let time = (step + 1) as f64 / STEPS as f64;
             let t = (time / ARRIVAL).min(1.0);
             let fraction = t * t * (3.0 - 2.0 * t);
             for anchor in &self.anchors {
@@ -212,14 +187,14 @@ impl Manipulation {
 }
 
 /// Anchors apart from each other, with motions that the sheet can follow.
-fn sample_anchors<R: Rng + ?Sized>(cloth: &Cloth, size_mm: DVec2, config: &ClothConfig, rng: &mut R) -> Vec<Anchor> {
+fn sample_anchors<R: Rng + ?Sized>(cloth: &Cloth, size_mm: DVec2, rng: &mut R) -> Vec<Anchor> {
     let diagonal = size_mm.length();
     let mut anchors: Vec<Anchor> = Vec::new();
-    for _ in 0..rng.random_range(1..=config.max_anchors.max(1)) {
+    for _ in 0..rng.random_range(1..=MAX_ANCHORS) {
         for _ in 0..ANCHOR_TRIES {
             let (centre, particles) = sample_held_part(cloth, size_mm, rng);
-            let way = unit_direction(rng) * between([0.0, config.anchor_shift], rng) * diagonal;
-            let turn = DQuat::from_axis_angle(unit_direction(rng), between([0.0, config.anchor_turn_rad], rng));
+            let way = unit_direction(rng) * between([0.0, ANCHOR_SHIFT], rng) * diagonal;
+            let turn = DQuat::from_axis_angle(unit_direction(rng), between([0.0, ANCHOR_TURN_RAD], rng));
             let apart = |other: &Anchor| {
                 let pairs = other
                     .particles
@@ -243,10 +218,7 @@ fn sample_anchors<R: Rng + ?Sized>(cloth: &Cloth, size_mm: DVec2, config: &Cloth
         if bring_within_reach(&mut anchors, cloth.rest()) {
             return anchors;
         }
-        for anchor in &mut anchors {
-            anchor.way *= 0.5;
-            anchor.turn = DQuat::IDENTITY.slerp(anchor.turn, 0.5);
-        }
+        anchors.iter_mut().for_each(|anchor| anchor.weaken(0.5));
     }
     for anchor in &mut anchors {
         (anchor.way, anchor.turn) = (DVec3::ZERO, DQuat::IDENTITY);
@@ -357,10 +329,9 @@ mod tests {
 
     #[test]
     fn anchors_end_no_farther_apart_than_the_sheet_is_long_and_are_little_farther_on_the_way() {
-        let config = ClothConfig::default();
         let (mut several, mut moved) = (0, 0);
         for seed in 0..300 {
-            let manipulation = Manipulation::sample(A4, &config, &mut Pcg64Mcg::seed_from_u64(seed));
+            let manipulation = Manipulation::sample(A4, &mut Pcg64Mcg::seed_from_u64(seed));
             let anchors = &manipulation.anchors;
             let rest = manipulation.cloth.rest();
             assert!((1..=4).contains(&anchors.len()), "seed {seed}");
@@ -391,7 +362,7 @@ mod tests {
 
     #[test]
     fn held_particles_end_where_the_hands_are() {
-        let manipulation = Manipulation::sample(A4, &ClothConfig::default(), &mut Pcg64Mcg::seed_from_u64(4));
+        let manipulation = Manipulation::sample(A4, &mut Pcg64Mcg::seed_from_u64(4));
         let cloth = manipulation.manipulated();
         let cells = cloth.rest().len();
         for anchor in &manipulation.anchors {
@@ -408,7 +379,7 @@ mod tests {
 
     #[test]
     fn without_motion_and_forces_the_sheet_stays_flat() {
-        let mut manipulation = Manipulation::sample(A4, &ClothConfig::default(), &mut Pcg64Mcg::seed_from_u64(2));
+        let mut manipulation = Manipulation::sample(A4, &mut Pcg64Mcg::seed_from_u64(2));
         manipulation.weaken(0.0);
         let cloth = manipulation.simulate();
         for uv in [DVec2::ZERO, DVec2::splat(0.5), DVec2::ONE] {

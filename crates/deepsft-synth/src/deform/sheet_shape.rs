@@ -1,6 +1,6 @@
 //! Random shapes of paper: which bends, folds, curls and waves a deformation is made of.
 
-use crate::deform::bend::{Bend, Rulings};
+use crate::deform::bend::{Bend, Rulings, corners};
 use crate::deform::config::{DeformationConfig, DeformationFamily};
 use crate::random::{between, chance, sign};
 use deepsft_geometry::glam::{DVec2, DVec3};
@@ -18,6 +18,17 @@ const PLACEMENT_TRIES: usize = 20;
 const APEX_DISTANCE: [f64; 2] = [0.75, 2.5];
 /// Wavelength of waves, sheet diagonals.
 const WAVELENGTH: [f64; 2] = [0.45, 2.0];
+
+/// Steepest slope of each wave (0.1 is 3 mm on a wave of 200 mm).
+const WAVE_SLOPE: [f64; 2] = [0.02, 0.1];
+/// Angle through which a bend over the whole sheet turns, from edge to edge (the integral of |curvature|), radians; more
+/// shows the sheet from behind.
+const BEND_RAD: [f64; 2] = [0.2, 2.2];
+/// Angle of a fold, radians, its width, mm, and most folds in a sheet. The mesh softens sharper folds; a width below its
+/// cells no longer matters.
+const FOLD_RAD: [f64; 2] = [0.2, 1.3];
+const FOLD_WIDTH_MM: [f64; 2] = [3.0, 10.0];
+const MAX_FOLDS: usize = 4;
 
 /// A deformation before relaxation: waves, then bends.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,22 +60,22 @@ impl Shape {
             bends: Vec::new(),
         };
         match family {
-            DeformationFamily::Wavy => shape.add_waves(rng.random_range(1..=3), config, rng),
-            DeformationFamily::Cylinder => shape.add_whole_sheet_bend(1.0, config, rng),
+            DeformationFamily::Wavy => shape.add_waves(rng.random_range(1..=3), rng),
+            DeformationFamily::Cylinder => shape.add_whole_sheet_bend(1.0, rng),
             DeformationFamily::Bends => shape.add_strip_bends(rng.random_range(2..=4), config, rng),
-            DeformationFamily::Folds => shape.add_folds(config, rng),
+            DeformationFamily::Folds => shape.add_folds(rng),
             DeformationFamily::CornerCurls => shape.add_corner_curls(rng.random_range(1..=4), config, rng),
             DeformationFamily::Mixed => {
-                shape.add_waves(rng.random_range(0..=2), config, rng);
+                shape.add_waves(rng.random_range(0..=2), rng);
                 match rng.random_range(0..3) {
-                    0 => shape.add_folds(config, rng),
+                    0 => shape.add_folds(rng),
                     1 => shape.add_corner_curls(rng.random_range(1..=2), config, rng),
                     _ => shape.add_strip_bends(rng.random_range(1..=2), config, rng),
                 }
                 // Crossing bends stretch the sheet in proportion to the product of their angles.
-                shape.add_whole_sheet_bend(0.5, config, rng);
+                shape.add_whole_sheet_bend(0.5, rng);
                 if chance(0.3, rng) {
-                    shape.add_whole_sheet_bend(0.25, config, rng);
+                    shape.add_whole_sheet_bend(0.25, rng);
                 }
             }
             // Cloth is simulated, not composed.
@@ -79,15 +90,11 @@ impl Shape {
         2.0 * self.half.length()
     }
 
-    fn corners(&self) -> [DVec2; 4] {
-        [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, y)| self.half * DVec2::new(x, y))
-    }
-
-    fn add_waves<R: Rng + ?Sized>(&mut self, count: usize, config: &DeformationConfig, rng: &mut R) {
+    fn add_waves<R: Rng + ?Sized>(&mut self, count: usize, rng: &mut R) {
         for _ in 0..count {
             let frequency = TAU / (between(WAVELENGTH, rng) * self.diagonal());
             self.waves.push(Wave {
-                amplitude_mm: between(config.wave_slope, rng) / frequency,
+                amplitude_mm: between(WAVE_SLOPE, rng) / frequency,
                 wave_vector: DVec2::from_angle(between([0.0, PI], rng)) * frequency,
                 phase: between([0.0, TAU], rng),
             });
@@ -96,7 +103,7 @@ impl Shape {
 
     /// A generalised cylinder or cone whose curvature over all rulings of the sheet is a constant plus
     /// three cosines.
-    fn add_whole_sheet_bend<R: Rng + ?Sized>(&mut self, strength: f64, config: &DeformationConfig, rng: &mut R) {
+    fn add_whole_sheet_bend<R: Rng + ?Sized>(&mut self, strength: f64, rng: &mut R) {
         let rulings = self.sample_rulings(DVec2::from_angle(between([0.0, TAU], rng)), 0.0, rng);
         let [low, high] = self.extent(&rulings);
         let mut angles = [0.0; WHOLE_SHEET_STEPS];
@@ -109,7 +116,7 @@ impl Shape {
             *angle = mean + waves.iter().map(cosine).sum::<f64>();
         }
         let total: f64 = angles.iter().map(|angle| angle.abs()).sum();
-        let factor = strength * between(config.bend_rad, rng) / total.max(f64::MIN_POSITIVE);
+        let factor = strength * between(BEND_RAD, rng) / total.max(f64::MIN_POSITIVE);
         let angles = angles.map(|angle| angle * factor);
         self.bends.push(Bend::new(rulings, low, high - low, &angles));
     }
@@ -129,9 +136,9 @@ impl Shape {
     }
 
     /// Narrow folds, half the time all in nearly the same direction as in a folded letter.
-    fn add_folds<R: Rng + ?Sized>(&mut self, config: &DeformationConfig, rng: &mut R) {
+    fn add_folds<R: Rng + ?Sized>(&mut self, rng: &mut R) {
         let along_letter = chance(0.5, rng).then(|| between([0.0, PI], rng));
-        for _ in 0..rng.random_range(1..=config.max_folds.max(1)) {
+        for _ in 0..rng.random_range(1..=MAX_FOLDS) {
             self.place(rng, |shape, rng| {
                 let direction = match along_letter {
                     Some(direction) if chance(0.5, rng) => direction + between([-0.1, 0.1], rng),
@@ -140,8 +147,8 @@ impl Shape {
                 };
                 let across = DVec2::from_angle(direction);
                 let origin = across * between([0.0, 0.85], rng) * shape.reach(across);
-                let angle = sign(rng) * between(config.fold_rad, rng);
-                let width = between(config.fold_width_mm, rng);
+                let angle = sign(rng) * between(FOLD_RAD, rng);
+                let width = between(FOLD_WIDTH_MM, rng);
                 Bend::new(Rulings::Parallel { origin, across }, 0.0, width, &[angle])
             });
         }
@@ -212,7 +219,7 @@ impl Shape {
 
     /// Least and greatest ruling coordinate of the sheet.
     fn extent(&self, rulings: &Rulings) -> [f64; 2] {
-        let coordinates = self.corners().map(|corner| rulings.coordinate(corner));
+        let coordinates = corners(self.half).map(|corner| rulings.coordinate(corner));
         [
             coordinates.iter().copied().fold(f64::INFINITY, f64::min),
             coordinates.iter().copied().fold(f64::NEG_INFINITY, f64::max),
@@ -236,7 +243,7 @@ impl Shape {
     /// Weakens all bends alike until no corner is turned by more than `most` against the centre.
     fn limit_turn(&mut self, most: f64) {
         let turn = |corner: DVec2| self.bends.iter().map(|bend| bend.turned(corner)).sum::<f64>();
-        let turned = self.corners().map(turn).into_iter().fold(0.0, f64::max);
+        let turned = corners(self.half).map(turn).into_iter().fold(0.0, f64::max);
         if turned > most {
             self.bends.iter_mut().for_each(|bend| bend.scale(most / turned));
         }
@@ -287,7 +294,7 @@ mod tests {
         for seed in 0..200 {
             let shape = sample(&config, seed);
             let turn = |corner: DVec2| shape.bends.iter().map(|bend| bend.turned(corner)).sum::<f64>();
-            let turned = shape.corners().map(turn).into_iter().fold(0.0, f64::max);
+            let turned = corners(shape.half).map(turn).into_iter().fold(0.0, f64::max);
             assert!(turned < 0.4 + 1e-12, "seed {seed}: {turned} rad");
             limited += usize::from(turned > 0.4 - 1e-12);
         }

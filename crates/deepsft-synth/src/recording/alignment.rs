@@ -25,7 +25,7 @@ const LARGEST_SQUARE: usize = 48;
 /// any that a camera's pixel has. Holes stay holes, because a
 /// network would learn a made-up depth.
 #[derive(Clone, Debug)]
-pub struct DepthAlignment {
+pub(crate) struct DepthAlignment {
     sensor: RgbdSensor,
     target: Camera,
     /// Rays through the corners of the depth pixels, row-major, (width + 1) x (height + 1).
@@ -34,7 +34,7 @@ pub struct DepthAlignment {
 
 impl DepthAlignment {
     /// From the depth pictures of `sensor` to the image of `target`, which has no lens distortion.
-    pub fn new(sensor: &RgbdSensor, target: &Camera) -> Self {
+    pub(crate) fn new(sensor: &RgbdSensor, target: &Camera) -> Self {
         let (width, height) = (sensor.depth.width(), sensor.depth.height());
         let corners = (0..=height)
             .flat_map(|y| (0..=width).map(move |x| DVec2::new(x as f64, y as f64)))
@@ -49,7 +49,7 @@ impl DepthAlignment {
 
     /// Depth in mm of every pixel of the target, 0 in holes. `raw` are the numbers of a depth picture, row-major, 0 where
     /// nothing was measured.
-    pub fn apply(&self, raw: &[u16]) -> Vec<f32> {
+    pub(crate) fn apply(&self, raw: &[u16]) -> Vec<f32> {
         let pixels = self.target.width() * self.target.height();
         let mut nearest = vec![f64::INFINITY; pixels];
         self.each_covered(raw, |pixel, depth| nearest[pixel] = nearest[pixel].min(depth));

@@ -1,10 +1,18 @@
 //! Which colour and depth pictures of a recording belong together.
 
 use crate::error::SynthError;
-use crate::recording::layout::{ASSOCIATIONS_FILE, DEPTH_FOLDER, RGB_FOLDER};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
+
+/// Name of the file that tells which pictures belong together.
+const ASSOCIATIONS_FILE: &str = "associations.txt";
+/// Name of the folder with the colour pictures.
+pub const RGB_FOLDER: &str = "rgb";
+/// Name of the folder with the depth pictures.
+pub const DEPTH_FOLDER: &str = "depth";
+/// Name of the folder with the object's masks.
+pub const MASK_FOLDER: &str = "mask";
 
 /// A colour picture and its depth picture, paths within the recording.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -109,36 +117,4 @@ fn pictures(folder: &Path, name: &str) -> Result<BTreeMap<String, PathBuf>, Synt
         }
     }
     Ok(pictures)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn associations_are_read_in_either_order_and_comments_are_passed_over() {
-        let text = "# time rgb time depth\n1.0 rgb/1.0.png 1.1 depth/1.1.png\n\n2.1 depth/b.png 2.0 rgb/a.jpg\n";
-        let pairs = associated(text).unwrap();
-        assert_eq!(pairs.len(), 2);
-        assert_eq!(
-            pairs[1],
-            Pair {
-                rgb: "rgb/a.jpg".into(),
-                depth: "depth/b.png".into()
-            }
-        );
-        assert_eq!(pairs[0].mask(Path::new("mask")), Path::new("mask/1.0.png"));
-    }
-
-    #[test]
-    fn a_line_that_is_no_association_is_named() {
-        for (line, part) in [
-            ("1.0 rgb/a.png 1.1", "line 1 is not"),
-            ("1.0 rgb/a.png 1.1 rgb/b.png", "does not name one picture in depth/"),
-            ("1.0 rgb/a.png 1.1 ../depth/b.png", "outside"),
-            ("1.0 rgb/a.png 1.1 /depth/b.png", "outside"),
-        ] {
-            assert!(associated(line).unwrap_err().contains(part), "{line}");
-        }
-    }
 }

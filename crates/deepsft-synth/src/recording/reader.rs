@@ -2,8 +2,7 @@
 
 use crate::error::SynthError;
 use crate::recording::alignment::DepthAlignment;
-use crate::recording::layout::MASK_FOLDER;
-use crate::recording::pairing::{self, Pair};
+use crate::recording::pairing::{self, MASK_FOLDER, Pair};
 use crate::recording::sensor::RgbdSensor;
 use deepsft_formats::{CAMERA_FILE, FormatError, decode_camera_picture, decode_depth_png};
 use deepsft_geometry::{Camera, CanonicalWarp, Picture};

@@ -2,17 +2,16 @@
 //! without a sensor. Every result on them must be called simulated.
 
 use crate::canonical_truth::canonical_truth;
-use crate::clip::{ClipConfig, ClipLength, ClipMotion, LOOP_S};
+use crate::clip::{ClipMotion, LOOP_S};
 use crate::error::SynthError;
 use crate::random::{Stream, generator, mix, uniform};
-use crate::recording::depth_camera::{DepthNoise, SeenDepth};
+use crate::recording::depth_camera::{SeenDepth, measure};
 use crate::recording::print_response::PrintResponse;
 use crate::recording::sensor::RgbdSensor;
 use crate::render::frame::Frame;
 use crate::render::projected_mesh::ProjectedMesh;
 use crate::render::{EffectsConfig, LightingConfig};
-use crate::scene::{Moment, Scene};
-use crate::scene::{SynthConfig, Synthesizer};
+use crate::scene::{Moment, Scene, SynthConfig, Synthesizer};
 use deepsft_formats::Sample;
 use deepsft_geometry::glam::{DAffine3, DQuat, DVec3, Vec3};
 use deepsft_geometry::{Camera, CanonicalWarp, Template, training_camera};
@@ -36,39 +35,10 @@ const CLUTTER: [f64; 2] = [0.75, 0.95];
 /// Most things before the wall.
 const MAX_CLUTTER: usize = 6;
 
-/// How a recording is simulated.
-#[derive(Clone, Debug)]
-pub struct SimulationConfig {
-    /// Frames per second. Default 5: every sixth frame of a camera at 30, since neighbouring frames hardly differ.
-    pub frames_per_s: f64,
-    /// Frames of one take; the next has another motion, another background and other hands. Default 20.
-    pub frames_per_take: usize,
-    /// Whether light, paper and camera settings change from take to take. Default false: one place, one print. The paper's
-    /// split is harder: its test videos have viewpoints and manipulations that its training videos do not show.
-    pub conditions_change: bool,
-    /// Time for which the colour camera gathers light, s. Default 1/60.
-    pub exposure_s: f64,
-    /// How the sheet moves. Default: that of clips at 560 to 820 mm, since a Kinect v2 measures nothing below 500 mm.
-    pub motion: ClipConfig,
-    /// The errors of the depth camera.
-    pub depth: DepthNoise,
-}
-
-impl Default for SimulationConfig {
-    fn default() -> Self {
-        Self {
-            frames_per_s: 5.0,
-            frames_per_take: 20,
-            conditions_change: false,
-            exposure_s: 1.0 / 60.0,
-            motion: ClipConfig {
-                distance_mm: [560.0, 820.0],
-                ..ClipConfig::default()
-            },
-            depth: DepthNoise::default(),
-        }
-    }
-}
+/// Time for which the colour camera gathers light, s.
+const EXPOSURE_S: f64 = 1.0 / 60.0;
+/// Least and greatest depth of the sheet's centroid, mm, since a Kinect v2 measures nothing below 500 mm.
+const DISTANCE_MM: [f64; 2] = [560.0, 820.0];
 
 impl SynthConfig {
     /// The second renderer setting, for simulated recordings seen by `camera`. Light is harder and more coloured and
@@ -109,9 +79,9 @@ impl SynthConfig {
 ///
 /// ```
 /// use deepsft_geometry::{Picture, Template};
-/// use deepsft_synth::{RecordingSimulator, SimulationConfig};
+/// use deepsft_synth::RecordingSimulator;
 /// let template = Template::thin_shell(Picture::from_fn(64, 48, |x, _| [4 * x as u8; 3]), 297.0, 210.0)?;
-/// let simulator = RecordingSimulator::new(&template, SimulationConfig::default(), 1)?;
+/// let simulator = RecordingSimulator::new(&template, false, 1)?;
 /// let frame = simulator.take(0).frame(0)?;
 /// assert!(simulator.sensor().simulated && frame.truth.has_template);
 /// assert!(frame.depth.iter().any(|&units| units > 0));
@@ -123,7 +93,7 @@ pub struct RecordingSimulator {
     synthesizer: Synthesizer,
     print: PrintResponse,
     sensor: RgbdSensor,
-    config: SimulationConfig,
+    conditions_change: bool,
     seed: u64,
 }
 
@@ -140,6 +110,7 @@ pub struct SimulatedFrame {
 }
 
 /// A stretch of a recording with one motion and one scene.
+#[derive(Debug)]
 pub struct Take<'a> {
     simulator: &'a RecordingSimulator,
     number: usize,
@@ -148,22 +119,20 @@ pub struct Take<'a> {
     room: Vec<SeenDepth>,
 }
 
-impl std::fmt::Debug for Take<'_> {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Take")
-            .field("number", &self.number)
-            .finish_non_exhaustive()
-    }
-}
-
 impl RecordingSimulator {
-    /// A recording of `template`; `seed` draws the print, the motions and everything around.
+    /// Frames per second: every sixth of a camera at 30, since neighbouring frames hardly differ.
+    pub const FRAMES_PER_S: f64 = 5.0;
+
+    /// Frames of one take; the next has another motion, another background and other hands.
+    pub const FRAMES_PER_TAKE: usize = 20;
+
+    /// A recording of `template`; `seed` draws the print, the motions and everything around. `conditions_change`: whether
+    /// light, paper and camera settings change from take to take, or all takes are of one place and one print. The paper's
+    /// split is harder: its test videos have viewpoints and manipulations that its training videos do not show.
     ///
     /// # Errors
-    /// [`SynthError::Setting`] for a rate or a number of frames that is not positive, or an exposure longer than the time
-    /// between two frames; [`SynthError::Geometry`] from the cameras.
-    pub fn new(template: &Template, config: SimulationConfig, seed: u64) -> Result<Self, SynthError> {
-        config.check()?;
+    /// [`SynthError::Geometry`] from the cameras.
+    pub fn new(template: &Template, conditions_change: bool, seed: u64) -> Result<Self, SynthError> {
         let print = PrintResponse::sample(&mut generator(seed, 0, Stream::Recording));
         let printed = template.clone().with_texture(print.apply(template.texture()));
         let sensor = sensor()?;
@@ -171,7 +140,7 @@ impl RecordingSimulator {
             synthesizer: Synthesizer::new(&printed, SynthConfig::for_simulated_recordings(sensor.color))?,
             print,
             sensor,
-            config,
+            conditions_change,
             seed,
         })
     }
@@ -191,19 +160,14 @@ impl RecordingSimulator {
         self.synthesizer.config()
     }
 
-    /// The configuration.
-    pub fn config(&self) -> &SimulationConfig {
-        &self.config
-    }
-
     /// Take `number`.
     pub fn take(&self, number: usize) -> Take<'_> {
         let index = number as u64;
-        let mut scene = if self.config.conditions_change {
+        let mut scene = if self.conditions_change {
             self.synthesizer.scene(self.seed, index)
         } else {
-            let conditions = self.synthesizer.scene(self.seed, 0).conditions();
-            self.synthesizer.scene_under(&conditions, self.seed, index)
+            let first = self.synthesizer.scene(self.seed, 0);
+            self.synthesizer.scene_like(&first, self.seed, index)
         };
         // The paper's discs have a size in pixels, which two cameras do not share.
         scene.keep_bodies();
@@ -211,11 +175,11 @@ impl RecordingSimulator {
             simulator: self,
             number,
             scene,
-            motion: ClipMotion::new(
+            // The training camera's view is narrower than the colour camera's, and what it sees is what counts.
+            motion: ClipMotion::at(
+                DISTANCE_MM,
                 self.synthesizer.template(),
-                // Its view is narrower than the colour camera's, and what it sees is what counts.
                 &training_camera(),
-                self.config.motion.clone(),
                 mix(mix(self.seed) ^ index),
             ),
             room: self.room(number),
@@ -253,9 +217,8 @@ impl Take<'_> {
     /// # Errors
     /// [`SynthError::Geometry`] when the template's mesh has no finite shape.
     pub fn frame(&self, index: usize) -> Result<SimulatedFrame, SynthError> {
-        let config = &self.simulator.config;
         let at = |offset: f64| {
-            let time = index as f64 / config.frames_per_s + offset * config.exposure_s;
+            let time = index as f64 / RecordingSimulator::FRAMES_PER_S + offset * EXPOSURE_S;
             scaled(self.motion.vertices_camera(time / LOOP_S), self.simulator.print.scale)
         };
         let moments = (0..INSTANTS)
@@ -264,7 +227,7 @@ impl Take<'_> {
                 passing: None,
             })
             .collect();
-        let number = (self.number * config.frames_per_take + index) as u64;
+        let number = (self.number * RecordingSimulator::FRAMES_PER_TAKE + index) as u64;
         let color = self.scene.expose(moments, mix(self.simulator.seed) ^ number)?;
         let depth = self.depth(&color.vertices_camera, number);
         let truth = self.truth(&color)?;
@@ -293,7 +256,7 @@ impl Take<'_> {
             seen[pixel] = SeenDepth::facing(sheet - HAND_MM);
         }
         let mut rng = generator(self.simulator.seed, number, Stream::DepthNoise);
-        self.simulator.config.depth.measure(&seen, width, &mut rng)
+        measure(&seen, width, &mut rng)
     }
 
     /// The colour camera's frame as the training camera would have taken it, with exact maps of what the colour
@@ -333,19 +296,4 @@ fn sensor() -> Result<RgbdSensor, SynthError> {
         simulated: true,
         ..RgbdSensor::registered(kinect.resized((kinect.width() / COLOR_BINNING, kinect.height() / COLOR_BINNING))?)
     })
-}
-
-impl SimulationConfig {
-    fn check(&self) -> Result<(), SynthError> {
-        let take = ClipLength {
-            frames: self.frames_per_take,
-            frames_per_s: self.frames_per_s,
-            exposure_s: self.exposure_s,
-        };
-        take.check([
-            "recording.frames_per_take",
-            "recording.frames_per_s",
-            "recording.exposure_s",
-        ])
-    }
 }

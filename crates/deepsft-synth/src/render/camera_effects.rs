@@ -3,13 +3,11 @@
 use crate::random::{draw_or, mix, uniform, unit_vector};
 use crate::render::color::srgb_from_linear;
 use crate::render::frame::Frame;
+use deepsft_formats::{decode_picture, encode_jpeg};
 use deepsft_geometry::Picture;
 use deepsft_geometry::glam::{Vec2, Vec3};
-use image::codecs::jpeg::{JpegDecoder, JpegEncoder};
-use image::{ExtendedColorType, ImageDecoder, ImageEncoder};
 use rand::{Rng, RngExt};
 use serde::Serialize;
-use std::io::Cursor;
 
 /// Camera effects of [`crate::SynthConfig`].
 #[derive(Clone, Debug, Serialize)]
@@ -139,32 +137,27 @@ impl CameraEffects {
 
     /// The picture of a frame. `noise_seed` chooses the sensor noise.
     pub(crate) fn expose(&self, mut frame: Frame, noise_seed: u64) -> Picture {
-        let mut spare = Frame {
-            width: frame.width,
-            height: frame.height,
-            rgb: vec![0.0; frame.rgb.len()],
-        };
         if self.motion_px.length_squared() > 0.25 {
-            convolve(&frame, &motion_kernel(self.motion_px), &mut spare);
-            std::mem::swap(&mut frame, &mut spare);
+            frame = convolved(&frame, &motion_kernel(self.motion_px));
         }
-        gaussian_blur(&mut frame, self.defocus_px, &mut spare);
+        if self.defocus_px >= 0.2 {
+            frame = blurred(&frame, self.defocus_px);
+        }
         if self.sharpening > 0.0 {
-            let mut smooth = frame.clone();
-            gaussian_blur(&mut smooth, 1.0, &mut spare);
+            let smooth = blurred(&frame, 1.0);
             for (value, smooth) in frame.rgb.iter_mut().zip(smooth.rgb) {
                 *value = (*value + self.sharpening * (*value - smooth)).max(0.0);
             }
         }
-        let (width, height) = (frame.width, frame.height);
-        let mut bytes = self.develop(&frame, noise_seed);
-        if let Some(quality) = self.jpeg_quality {
-            bytes = through_jpeg(bytes, width, height, quality);
-        }
+        let bytes = self.develop(&frame, noise_seed);
         let mut pixels = bytes.chunks_exact(3);
-        Picture::from_fn(width, height, |_, _| {
+        let picture = Picture::from_fn(frame.width, frame.height, |_, _| {
             pixels.next().map_or([0; 3], |c| [c[0], c[1], c[2]])
-        })
+        });
+        match self.jpeg_quality {
+            Some(quality) => through_jpeg(picture, quality),
+            None => picture,
+        }
     }
 
     /// The picture's bytes after vignetting, gains, tone curve and noise.
@@ -268,30 +261,19 @@ fn normalised(mut taps: Kernel) -> Kernel {
     taps
 }
 
-/// Blurs `frame`; `spare` is overwritten.
-fn gaussian_blur(frame: &mut Frame, sigma_px: f32, spare: &mut Frame) {
-    if sigma_px < 0.2 {
-        return;
-    }
+/// The frame under a Gaussian blur.
+fn blurred(frame: &Frame, sigma_px: f32) -> Frame {
     let reach = (3.0 * sigma_px).ceil() as isize;
-    let bell: Vec<(isize, f32)> = (-reach..=reach)
-        .map(|i| (i, (-0.5 * (i as f32 / sigma_px).powi(2)).exp()))
-        .collect();
-    convolve(
-        frame,
-        &normalised(bell.iter().map(|&(i, w)| (i, 0, w)).collect()),
-        spare,
-    );
-    convolve(
-        spare,
-        &normalised(bell.iter().map(|&(i, w)| (0, i, w)).collect()),
-        frame,
-    );
+    let bell = |i: isize| (-0.5 * (i as f32 / sigma_px).powi(2)).exp();
+    let across = normalised((-reach..=reach).map(|i| (i, 0, bell(i))).collect());
+    let down = across.iter().map(|&(i, _, weight)| (0, i, weight)).collect();
+    convolved(&convolved(frame, &across), &down)
 }
 
-/// The frame convolved with a kernel, edges repeated, into `result` of the same size.
-fn convolve(frame: &Frame, kernel: &Kernel, result: &mut Frame) {
+/// The frame convolved with a kernel, edges repeated.
+fn convolved(frame: &Frame, kernel: &Kernel) -> Frame {
     let (width, height) = (frame.width, frame.height);
+    let mut result = Frame::filled(width, height, Vec3::ZERO);
     let stride = 3 * width;
     let reach = kernel.iter().map(|tap| tap.0.unsigned_abs()).max().unwrap_or(0);
     // The columns that need no clamping: one contiguous run.
@@ -302,7 +284,6 @@ fn convolve(frame: &Frame, kernel: &Kernel, result: &mut Frame) {
     };
     for row in 0..height {
         let target = &mut result.rgb[row * stride..(row + 1) * stride];
-        target.fill(0.0);
         for &(dx, dy, weight) in kernel {
             let source_row = (row as isize + dy).clamp(0, height as isize - 1) as usize;
             let source = &frame.rgb[source_row * stride..(source_row + 1) * stride];
@@ -320,22 +301,14 @@ fn convolve(frame: &Frame, kernel: &Kernel, result: &mut Frame) {
             }
         }
     }
+    result
 }
 
-/// A picture's bytes after a JPEG round trip at `quality`. A codec failure (none is known for such pictures) leaves
-/// them as they were: JPEG is a disturbance here, not a format.
-fn through_jpeg(bytes: Vec<u8>, width: usize, height: usize, quality: u8) -> Vec<u8> {
-    let mut coded = Vec::with_capacity(64 * 1024);
-    let encoder = JpegEncoder::new_with_quality(&mut coded, quality);
-    let round_trip = encoder
-        .write_image(&bytes, width as u32, height as u32, ExtendedColorType::Rgb8)
-        .and_then(|()| {
-            let decoder = JpegDecoder::new(Cursor::new(coded.as_slice()))?;
-            let mut decoded = vec![0; bytes.len()];
-            decoder.read_image(&mut decoded)?;
-            Ok(decoded)
-        });
-    round_trip.unwrap_or(bytes)
+/// A picture after a JPEG round trip at `quality`. A codec failure (none is known for such pictures) leaves it as it was:
+/// JPEG is a disturbance here, not a format.
+fn through_jpeg(picture: Picture, quality: u8) -> Picture {
+    let round_trip = encode_jpeg(&picture, quality).and_then(|coded| decode_picture(&coded));
+    round_trip.unwrap_or(picture)
 }
 
 #[cfg(test)]
@@ -370,18 +343,6 @@ mod tests {
         }
     }
 
-    fn convolved(frame: &Frame, kernel: &Kernel) -> Frame {
-        let mut result = frame.clone();
-        convolve(frame, kernel, &mut result);
-        result
-    }
-
-    fn gaussian_blurred(frame: &Frame, sigma_px: f32) -> Frame {
-        let (mut result, mut spare) = (frame.clone(), frame.clone());
-        gaussian_blur(&mut result, sigma_px, &mut spare);
-        result
-    }
-
     fn impulse() -> Frame {
         let mut frame = Frame::filled(41, 31, Vec3::ZERO);
         frame.set(15 * 41 + 20, Vec3::ONE);
@@ -412,7 +373,7 @@ mod tests {
 
     #[test]
     fn defocus_spreads_a_point_by_its_sigma_and_loses_no_light() {
-        let (sum, mean, [xx, xy, yy]) = moments(&gaussian_blurred(&impulse(), 1.2));
+        let (sum, mean, [xx, xy, yy]) = moments(&blurred(&impulse(), 1.2));
         assert!((sum - 1.0).abs() < 1e-5);
         assert!((mean - Vec2::new(20.5, 15.5)).length() < 1e-4);
         // The bell is cut at 3 sigma and at weights of 1e-3, which takes at most 5 % of its variance.
@@ -437,12 +398,12 @@ mod tests {
     #[test]
     fn an_even_frame_stays_even_under_every_convolution() {
         let frame = Frame::filled(9, 7, Vec3::new(0.2, 0.4, 0.8));
-        for blurred in [
-            gaussian_blurred(&frame, 3.0),
+        for frame_after in [
+            blurred(&frame, 3.0),
             convolved(&frame, &motion_kernel(Vec2::new(-5.0, 6.5))),
         ] {
             for pixel in 0..63 {
-                assert!((blurred.color(pixel) - frame.color(pixel)).length() < 1e-5);
+                assert!((frame_after.color(pixel) - frame.color(pixel)).length() < 1e-5);
             }
         }
     }
@@ -466,12 +427,11 @@ mod tests {
 
     #[test]
     fn jpeg_keeps_the_size_and_the_picture_nearly() {
-        let bytes: Vec<u8> = (0..48)
-            .flat_map(|y| (0..64).flat_map(move |x| [2 * x, 3 * y, 90]))
-            .collect();
-        let coded = through_jpeg(bytes.clone(), 64, 48, 90);
-        assert_ne!(coded, bytes);
-        let worst = coded.iter().zip(&bytes).map(|(a, b)| a.abs_diff(*b)).max().unwrap();
+        let picture = Picture::from_fn(64, 48, |x, y| [2 * x as u8, 3 * y as u8, 90]);
+        let coded = through_jpeg(picture.clone(), 90);
+        assert_ne!(coded, picture);
+        let pairs = coded.rgb().iter().zip(picture.rgb());
+        let worst = pairs.map(|(a, b)| a.abs_diff(*b)).max().unwrap();
         assert!(worst < 25, "{worst}");
     }
 }

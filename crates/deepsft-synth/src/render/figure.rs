@@ -5,52 +5,37 @@ use deepsft_geometry::glam::{Vec2, Vec3};
 /// A figure in the image; lengths in pixels.
 #[derive(Clone, Debug)]
 pub(crate) enum Figure {
-    /// The points within a radius of a segment; the radius grows linearly from `radii[0]` at `ends[0]` to
-    /// `radii[1]` at `ends[1]`.
-    Capsule { ends: [Vec2; 2], radii: [f32; 2] },
-    /// An ellipse whose first axis points along the unit vector `axis`.
-    Ellipse { centre: Vec2, axis: Vec2, radii: Vec2 },
-    /// A rectangle whose first side points along the unit vector `axis`.
-    Rectangle { centre: Vec2, axis: Vec2, half: Vec2 },
+    /// The points within a radius of the segment between two ends; the radius grows linearly from the first end's to the
+    /// second's.
+    Capsule([Vec2; 2], [f32; 2]),
+    /// An ellipse: centre, unit vector along the first axis, radii.
+    Ellipse(Vec2, Vec2, Vec2),
+    /// A rectangle: centre, unit vector along the first side, half the sides.
+    Rectangle(Vec2, Vec2, Vec2),
     /// A closed polygon, not self-intersecting.
     Polygon(Vec<Vec2>),
 }
 
 impl Figure {
-    /// [`Figure::Capsule`].
-    pub(crate) fn capsule(ends: [Vec2; 2], radii: [f32; 2]) -> Self {
-        Self::Capsule { ends, radii }
-    }
-
-    /// [`Figure::Ellipse`].
-    pub(crate) fn ellipse(centre: Vec2, axis: Vec2, radii: Vec2) -> Self {
-        Self::Ellipse { centre, axis, radii }
-    }
-
-    /// [`Figure::Rectangle`].
-    pub(crate) fn rectangle(centre: Vec2, axis: Vec2, half: Vec2) -> Self {
-        Self::Rectangle { centre, axis, half }
-    }
-
     /// A disc.
     pub(crate) fn disc(centre: Vec2, radius: f32) -> Self {
-        Self::ellipse(centre, Vec2::X, Vec2::splat(radius))
+        Self::Ellipse(centre, Vec2::X, Vec2::splat(radius))
     }
 
     /// A rectangle along the image's axes.
     pub(crate) fn upright(low: Vec2, high: Vec2) -> Self {
-        Self::rectangle((low + high) / 2.0, Vec2::X, (high - low) / 2.0)
+        Self::Rectangle((low + high) / 2.0, Vec2::X, (high - low) / 2.0)
     }
 
     /// Distance to the outline, negative inside. For ellipses it is a first-order approximation, exact on
     /// the outline.
     pub(crate) fn distance(&self, p: Vec2) -> f32 {
         match self {
-            Self::Capsule { ends: [a, b], radii } => {
+            Self::Capsule([a, b], radii) => {
                 let t = segment_parameter(*a, *b, p);
                 (p - a.lerp(*b, t)).length() - (radii[0] + t * (radii[1] - radii[0]))
             }
-            Self::Ellipse { centre, axis, radii } => {
+            Self::Ellipse(centre, axis, radii) => {
                 let q = to_axes(p - *centre, *axis);
                 let scaled = q / *radii;
                 let k = scaled.length();
@@ -61,7 +46,7 @@ impl Figure {
                     k * (k - 1.0) / gradient
                 }
             }
-            Self::Rectangle { centre, axis, half } => {
+            Self::Rectangle(centre, axis, half) => {
                 let q = to_axes(p - *centre, *axis).abs() - *half;
                 q.max(Vec2::ZERO).length() + q.max_element().min(0.0)
             }
@@ -73,34 +58,40 @@ impl Figure {
     /// is; flat figures face the viewer.
     pub(crate) fn normal(&self, p: Vec2) -> Vec3 {
         let slope = match self {
-            Self::Capsule { ends: [a, b], radii } => {
+            Self::Capsule([a, b], radii) => {
                 let t = segment_parameter(*a, *b, p);
                 (p - a.lerp(*b, t)) / (radii[0] + t * (radii[1] - radii[0])).max(1e-3)
             }
-            Self::Ellipse { centre, axis, radii } => {
+            Self::Ellipse(centre, axis, radii) => {
                 let q = to_axes(p - *centre, *axis) / *radii;
                 *axis * q.x + axis.perp() * q.y
             }
-            Self::Rectangle { .. } | Self::Polygon(_) => Vec2::ZERO,
+            Self::Rectangle(..) | Self::Polygon(_) => Vec2::ZERO,
         };
         slope
             .extend(-(1.0 - slope.length_squared()).max(0.02).sqrt())
             .normalize()
     }
 
+    /// The figure turned so that x points along the unit vector `along`, scaled, and moved to `origin`.
+    pub(crate) fn moved(&self, origin: Vec2, along: Vec2, scale: f32) -> Self {
+        let point = |p: &Vec2| origin + along.rotate(*p) * scale;
+        match self {
+            Self::Capsule(ends, radii) => Self::Capsule(ends.each_ref().map(point), radii.map(|r| r * scale)),
+            Self::Ellipse(centre, axis, radii) => Self::Ellipse(point(centre), along.rotate(*axis), *radii * scale),
+            Self::Rectangle(centre, axis, half) => Self::Rectangle(point(centre), along.rotate(*axis), *half * scale),
+            Self::Polygon(corners) => Self::Polygon(corners.iter().map(point).collect()),
+        }
+    }
+
     /// Corners (low, high) of a rectangle that holds the figure.
     pub(crate) fn bounds(&self) -> (Vec2, Vec2) {
         match self {
-            Self::Capsule { ends: [a, b], radii } => {
+            Self::Capsule([a, b], radii) => {
                 let (ra, rb) = (Vec2::splat(radii[0]), Vec2::splat(radii[1]));
                 ((*a - ra).min(*b - rb), (*a + ra).max(*b + rb))
             }
-            Self::Ellipse {
-                centre,
-                axis,
-                radii: half,
-            }
-            | Self::Rectangle { centre, axis, half } => {
+            Self::Ellipse(centre, axis, half) | Self::Rectangle(centre, axis, half) => {
                 let reach = axis.abs() * half.x + axis.perp().abs() * half.y;
                 (*centre - reach, *centre + reach)
             }
@@ -142,7 +133,7 @@ mod tests {
 
     #[test]
     fn distances_of_a_capsule_a_rectangle_and_a_polygon_are_those_of_a_ruler() {
-        let capsule = Figure::capsule([Vec2::ZERO, Vec2::new(10.0, 0.0)], [2.0, 2.0]);
+        let capsule = Figure::Capsule([Vec2::ZERO, Vec2::new(10.0, 0.0)], [2.0, 2.0]);
         assert_eq!(capsule.distance(Vec2::new(5.0, 5.0)), 3.0);
         assert_eq!(capsule.distance(Vec2::new(13.0, 4.0)), 3.0);
         let rectangle = Figure::upright(Vec2::ZERO, Vec2::new(4.0, 2.0));
@@ -156,7 +147,7 @@ mod tests {
     #[test]
     fn an_ellipse_is_exact_on_its_outline_and_a_disc_everywhere() {
         let axis = Vec2::from_angle(0.4);
-        let ellipse = Figure::ellipse(Vec2::new(3.0, 1.0), axis, Vec2::new(6.0, 2.0));
+        let ellipse = Figure::Ellipse(Vec2::new(3.0, 1.0), axis, Vec2::new(6.0, 2.0));
         for angle in [0.0_f32, 0.7, 2.0, 4.0] {
             let p = Vec2::new(3.0, 1.0) + axis * 6.0 * angle.cos() + axis.perp() * 2.0 * angle.sin();
             assert!(ellipse.distance(p).abs() < 1e-4);
@@ -168,7 +159,7 @@ mod tests {
 
     #[test]
     fn a_finger_is_round_and_its_middle_faces_the_viewer() {
-        let capsule = Figure::capsule([Vec2::ZERO, Vec2::new(10.0, 0.0)], [2.0, 2.0]);
+        let capsule = Figure::Capsule([Vec2::ZERO, Vec2::new(10.0, 0.0)], [2.0, 2.0]);
         assert_eq!(capsule.normal(Vec2::new(5.0, 0.0)), Vec3::NEG_Z);
         assert!(capsule.normal(Vec2::new(5.0, 1.9)).y > 0.9);
     }

@@ -125,9 +125,9 @@ fn geometric_poster<R: Rng + ?Sized>(frame: &mut Frame, low: Vec2, high: Vec2, r
         };
         let shape = match rng.random_range(0..4) {
             0 => Figure::disc(centre, size),
-            1 => Figure::rectangle(centre, axis, Vec2::new(size, uniform(rng, [2.0, 20.0]))),
+            1 => Figure::Rectangle(centre, axis, Vec2::new(size, uniform(rng, [2.0, 20.0]))),
             2 => Figure::Polygon((0..3).map(|_| centre + unit_vector(rng) * size).collect()),
-            _ => Figure::capsule([centre, centre + axis * size * 2.0], [uniform(rng, [1.0, 9.0]); 2]),
+            _ => Figure::Capsule([centre, centre + axis * size * 2.0], [uniform(rng, [1.0, 9.0]); 2]),
         };
         frame.fill(&shape, pick(&colors, rng));
         if rng.random_bool(0.3) {
@@ -160,9 +160,9 @@ fn collage<R: Rng + ?Sized>(frame: &mut Frame, low: Vec2, high: Vec2, rng: &mut 
         let edge = uniform(rng, [0.6, 2.0]);
         let figure = |grown: f32, kind: u32, slim: f32| match kind {
             0 => Figure::disc(centre, size + grown),
-            1 => Figure::rectangle(centre, axis, Vec2::new(size, size * slim) + grown),
-            2 => Figure::ellipse(centre, axis, Vec2::new(size, size * slim) + grown),
-            3 => Figure::capsule([centre, centre + axis * size * 3.0], [size * 0.3 + grown; 2]),
+            1 => Figure::Rectangle(centre, axis, Vec2::new(size, size * slim) + grown),
+            2 => Figure::Ellipse(centre, axis, Vec2::new(size, size * slim) + grown),
+            3 => Figure::Capsule([centre, centre + axis * size * 3.0], [size * 0.3 + grown; 2]),
             _ => {
                 let reach = size * 1.2 + grown * 2.0;
                 let corner = |k: f32| centre + Vec2::from_angle(k * 2.094).rotate(axis) * reach;
@@ -233,7 +233,7 @@ fn letter<R: Rng + ?Sized>(frame: &mut Frame, at: Vec2, height: f32, ink: Vec3, 
     let mut corner = || at + Vec2::new(halves(width), halves(height));
     let strokes = [[corner(), corner()], [corner(), corner()], [corner(), corner()]];
     for ends in strokes {
-        frame.fill(&Figure::capsule(ends, [(height * 0.08).max(0.5); 2]), ink);
+        frame.fill(&Figure::Capsule(ends, [(height * 0.08).max(0.5); 2]), ink);
     }
     at.x + width + height * 0.22
 }
@@ -288,7 +288,7 @@ fn scribble<R: Rng + ?Sized>(frame: &mut Frame, low: Vec2, high: Vec2, rng: &mut
         for _ in 0..rng.random_range(10..60) {
             direction = Vec2::from_angle(uniform(rng, [-0.9, 0.9])).rotate(direction);
             let next = (p + direction * uniform(rng, [4.0, 24.0])).clamp(low, high);
-            frame.fill(&Figure::capsule([p, next], [radius; 2]), color);
+            frame.fill(&Figure::Capsule([p, next], [radius; 2]), color);
             p = next;
         }
     }

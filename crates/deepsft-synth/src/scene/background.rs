@@ -310,7 +310,7 @@ fn hang(frame: &mut Frame, texture: &Texture, corner: Vec2, size: Vec2, axis: Ve
     let half = size / 2.0;
     let centre = corner + axis * half.x + axis.perp() * half.y;
     let footprint = (texture.size() / size).max_element();
-    frame.paint(&Figure::Rectangle { centre, axis, half }, |p| {
+    frame.paint(&Figure::Rectangle(centre, axis, half), |p| {
         let offset = p - corner;
         let uv = Vec2::new(offset.dot(axis), offset.dot(axis.perp())) / size;
         (texture.trilinear(uv, footprint), 1.0)
@@ -324,8 +324,8 @@ fn thing<R: Rng + ?Sized>(frame: &mut Frame, [smallest, largest]: [f64; 2], rng:
     let size = smallest as f32 * 2.0_f32.powf(uniform(rng, [0.0, (largest / smallest).log2()]));
     let axis = unit_vector(rng);
     let shape = match rng.random_range(0..5) {
-        0 => Figure::ellipse(centre, axis, Vec2::new(size, size * uniform(rng, [0.2, 1.0]))),
-        1 => Figure::rectangle(centre, axis, Vec2::new(size, size * uniform(rng, [0.1, 1.0]))),
+        0 => Figure::Ellipse(centre, axis, Vec2::new(size, size * uniform(rng, [0.2, 1.0]))),
+        1 => Figure::Rectangle(centre, axis, Vec2::new(size, size * uniform(rng, [0.1, 1.0]))),
         2 => {
             let corners = rng.random_range(3..8);
             let start = uniform(rng, [0.0, 6.0]);
@@ -333,7 +333,7 @@ fn thing<R: Rng + ?Sized>(frame: &mut Frame, [smallest, largest]: [f64; 2], rng:
             let outline = (0..corners).map(|k| centre + direction(k) * (size * uniform(rng, [0.4, 1.0])));
             Figure::Polygon(outline.collect())
         }
-        3 => Figure::capsule(
+        3 => Figure::Capsule(
             [centre, centre + axis * size * 4.0],
             [size * 0.1, size * uniform(rng, [0.02, 0.3])],
         ),
@@ -353,7 +353,7 @@ fn marks<R: Rng + ?Sized>(frame: &mut Frame, at: Vec2, height: f32, rng: &mut R)
             let mut end =
                 || foot + (along * rng.random_range(0..2) as f32 + along.perp() * rng.random_range(0..3) as f32) * 0.5;
             let ends = [end(), end()];
-            frame.fill(&Figure::capsule(ends, [(height * 0.08).max(0.6); 2]), ink);
+            frame.fill(&Figure::Capsule(ends, [(height * 0.08).max(0.6); 2]), ink);
         }
     }
 }

@@ -29,6 +29,7 @@ const BLANK_PROBABILITY: f64 = 0.08;
 const BACK_PROBABILITY: f64 = 0.07;
 
 /// A scene waiting for the template: background with what lies behind, light, paper, occluders, camera effects.
+#[derive(Debug)]
 pub struct Scene<'a> {
     ingredients: &'a Ingredients,
     /// Background and other sheets behind the template.
@@ -43,14 +44,6 @@ pub struct Scene<'a> {
     stand_in: Option<StandIn>,
 }
 
-/// What one place and one print keep: the camera's settings, the light, and the paper.
-#[derive(Clone, Debug)]
-pub(crate) struct CaptureConditions {
-    light: Lighting,
-    paper: Paper,
-    effects: Option<CameraEffects>,
-}
-
 /// One instant of an exposure: where the template's vertices are (mm, camera frame) and what passes before everything.
 pub(crate) struct Moment {
     pub(crate) vertices_camera: Vec<DVec3>,
@@ -58,36 +51,25 @@ pub(crate) struct Moment {
 }
 
 /// Another sheet in the template's place, or only its shape, which places the occluders.
+#[derive(Debug)]
 struct StandIn {
     vertices_camera: Vec<DVec3>,
     art: Option<Arc<Texture>>,
 }
 
-impl std::fmt::Debug for Scene<'_> {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let (light, effects) = (&self.light, &self.effects);
-        f.debug_struct("Scene")
-            .field("light", light)
-            .field("effects", effects)
-            .finish_non_exhaustive()
-    }
-}
-
 impl<'a> Scene<'a> {
-    /// Draws a scene for the template, under `conditions` if any is given.
+    /// Draws a scene for the template, in the place and with the print of `other` if any is given:
+    /// light, paper and camera settings.
     pub(crate) fn with_template(
         ingredients: &'a Ingredients,
-        conditions: Option<&CaptureConditions>,
+        other: Option<&Scene<'_>>,
         rng: &mut Pcg64Mcg,
     ) -> Self {
         let mut scene = Self::empty(ingredients, rng);
-        if let Some(CaptureConditions { light, paper, effects }) = conditions.cloned() {
-            scene = Self {
-                light,
-                paper,
-                effects,
-                ..scene
-            };
+        if let Some(other) = other {
+            scene.light = other.light.clone();
+            scene.paper = other.paper.clone();
+            scene.effects = other.effects.clone();
         }
         if rng.random_bool(ingredients.config.distractor_probability) {
             for _ in 0..rng.random_range(1..3) {
@@ -244,15 +226,6 @@ impl<'a> Scene<'a> {
         light.scale(1.0 / count.max(1) as f32);
         let (truth, vertices_camera) = seen.unwrap_or_else(|| (Maps::empty(width, height), Vec::new()));
         Ok(self.sample(light, truth, vertices_camera, noise_seed))
-    }
-
-    /// Light, paper and camera settings.
-    pub(crate) fn conditions(&self) -> CaptureConditions {
-        CaptureConditions {
-            light: self.light.clone(),
-            paper: self.paper.clone(),
-            effects: self.effects.clone(),
-        }
     }
 
     /// Takes the paper's discs away, which have a size in pixels: hands and things stay.

@@ -1,6 +1,5 @@
 //! What is varied in synthetic samples, and how far.
 
-use crate::deform::ControlPointConfig;
 use crate::deform::DeformationConfig;
 use crate::error::SynthError;
 use crate::render::camera_effects::EffectsConfig;
@@ -19,8 +18,6 @@ use serde::{Serialize, Serializer};
 pub struct SynthConfig {
     /// How the sheet bends.
     pub deformation: DeformationConfig,
-    /// How a template deforms that is not a sheet.
-    pub control_points: ControlPointConfig,
     /// How it is held before the camera.
     pub pose: PoseConfig,
     /// The camera that takes the picture; without lens distortion. Default: the training camera (480 x 270).
@@ -67,7 +64,6 @@ impl Default for SynthConfig {
     fn default() -> Self {
         Self {
             deformation: DeformationConfig::default(),
-            control_points: ControlPointConfig::default(),
             pose: PoseConfig::default(),
             camera: training_camera(),
             empty_probability: 0.1,
@@ -107,12 +103,7 @@ impl SynthConfig {
                 actual: self.camera.lens(),
             });
         }
-        self.control_points.check()?;
-        let (light, effects, cloth) = (&self.lighting, &self.effects, &self.deformation.cloth);
-        let discs_px = match self.occluders {
-            OccluderKind::HandsAndThings => [0.0; 2],
-            OccluderKind::Discs { diameter_px, .. } => diameter_px,
-        };
+        let (light, effects) = (&self.lighting, &self.effects);
         for (parameter, value) in [
             ("empty_probability", self.empty_probability),
             ("distractor_probability", self.distractor_probability),
@@ -125,7 +116,6 @@ impl SynthConfig {
             ("effects.sharpening_probability", effects.sharpening_probability),
             ("effects.jpeg_probability", effects.jpeg_probability),
             ("effects.bars_probability", effects.bars_probability),
-            ("deformation.cloth.wind_probability", cloth.wind_probability),
         ] {
             if !(0.0..=1.0).contains(&value) {
                 return Err(SynthError::setting(parameter, value, "0 to 1"));
@@ -140,13 +130,6 @@ impl SynthConfig {
             ("lighting.specular", light.specular, 100.0),
             ("lighting.translucency", light.translucency, 1.0),
             ("lighting.paper_white", light.paper_white, 1.0),
-            ("occluders.diameter_px", discs_px, 1000.0),
-            ("deformation.cloth.gravity", cloth.gravity, 100.0),
-            ("deformation.cloth.force", cloth.force, 100.0),
-            ("deformation.cloth.wind", cloth.wind, 100.0),
-            ("deformation.cloth.anchor_shift", [0.0, cloth.anchor_shift], 1.0),
-            ("deformation.cloth.anchor_turn_rad", [0.0, cloth.anchor_turn_rad], 3.2),
-            ("deformation.cloth.bending_length", cloth.bending_length, 100.0),
             ("effects.gain", effects.gain, 100.0),
             ("effects.white_balance", [0.0, effects.white_balance], 0.9),
             ("effects.gamma", effects.gamma, 10.0),
@@ -163,15 +146,6 @@ impl SynthConfig {
                 let expected = "0 <= lowest <= highest <= the field's limit";
                 return Err(SynthError::setting(parameter, actual, expected));
             }
-        }
-        let softest = cloth.bending_length[0];
-        if softest <= 0.0 {
-            let expected = "more than 0: the stiffness is drawn by its logarithm";
-            return Err(SynthError::setting(
-                "deformation.cloth.bending_length",
-                softest,
-                expected,
-            ));
         }
         Ok(())
     }

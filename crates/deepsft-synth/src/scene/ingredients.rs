@@ -1,6 +1,6 @@
 //! What scenes are made of: the template and its random shapes, backgrounds, and the art of other printed sheets.
 
-use crate::deform::{ControlPointDeformation, deform};
+use crate::deform::{ControlPointDeformation, TOY_EDGE_CHANGE, deform};
 use crate::error::SynthError;
 use crate::render::texture::Texture;
 use crate::scene::background::{Background, any_artwork, any_background};
@@ -32,14 +32,6 @@ pub(crate) struct Ingredients {
     pub(crate) photographs: Option<Arc<Photographs>>,
 }
 
-/// A shape of the template in a pose.
-pub(crate) struct PosedShape {
-    /// Vertices, mm, camera frame.
-    pub(crate) vertices_camera: Vec<DVec3>,
-    /// [`crate::ControlPointShape::strength`] where control points made it.
-    pub(crate) strength: Option<f64>,
-}
-
 impl Ingredients {
     /// As [`crate::Synthesizer::new`].
     pub(crate) fn new(template: &Template, config: SynthConfig) -> Result<Self, SynthError> {
@@ -60,27 +52,25 @@ impl Ingredients {
 
     /// The vertices of a random shape in a random pose, mm, camera frame.
     pub(crate) fn sample_vertices(&self, rng: &mut Pcg64Mcg) -> Vec<DVec3> {
-        self.sample_shape(rng).vertices_camera
+        self.sample_shape(rng).0
     }
 
-    /// A random shape in a random pose. Any side of a template that is no sheet may look at the camera: it is turned about
-    /// its upright axis first, then posed as a sheet is.
-    pub(crate) fn sample_shape(&self, rng: &mut Pcg64Mcg) -> PosedShape {
+    /// The vertices of a random shape in a random pose, mm, camera frame, and the strength of the shape where control points
+    /// made it. Any side of a template that is no sheet may look at the camera: it is turned about its upright axis first,
+    /// then posed as a sheet is.
+    pub(crate) fn sample_shape(&self, rng: &mut Pcg64Mcg) -> (Vec<DVec3>, Option<f64>) {
         let (vertices_template, strength) = match &self.control_points {
             None => (deform(&self.template, &self.config.deformation, rng), None),
             Some(control_points) => {
-                let shape = control_points.deform(&self.config.control_points, rng);
+                let (vertices, strength) = control_points.deform(TOY_EDGE_CHANGE, rng);
                 let turn = DQuat::from_rotation_y(rng.random_range(0.0..std::f64::consts::TAU));
-                let turned = shape.vertices.into_iter().map(|p| turn * p);
-                (turned.collect(), Some(shape.strength))
+                let turned = vertices.into_iter().map(|p| turn * p);
+                (turned.collect(), Some(strength))
             }
         };
         let pose = sample_pose(&self.config.camera, &vertices_template, &self.config.pose, rng);
         let posed = vertices_template.into_iter().map(|p| pose.transform_point3(p));
-        PosedShape {
-            vertices_camera: posed.collect(),
-            strength,
-        }
+        (posed.collect(), strength)
     }
 
     /// A background picture for a scene.

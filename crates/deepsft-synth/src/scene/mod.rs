@@ -8,7 +8,7 @@ mod ingredients;
 pub(crate) mod occluder;
 mod paper_protocol;
 mod photographs;
-mod pose;
+pub(crate) mod pose;
 mod synthesizer;
 
 pub use artwork::artwork;
@@ -16,5 +16,5 @@ pub(crate) use composition::Moment;
 pub use composition::Scene;
 pub use config::{PhotographUse, SynthConfig};
 pub use occluder::OccluderKind;
-pub use pose::{PoseConfig, UniformPose, fraction_in_view, sample_pose};
+pub use pose::PoseConfig;
 pub use synthesizer::Synthesizer;

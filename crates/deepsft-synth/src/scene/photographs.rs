@@ -160,10 +160,7 @@ fn refused(path: &Path, reason: &str) -> SynthError {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::config::SynthConfig;
-    use crate::scene::synthesizer::Synthesizer;
     use deepsft_formats::encode_png;
-    use deepsft_geometry::Template;
 
     fn folder(count: u8) -> (tempfile::TempDir, Vec<PathBuf>) {
         let folder = tempfile::tempdir().unwrap();
@@ -209,18 +206,5 @@ mod tests {
         assert!(photographs.get(1).is_none());
         assert!(photographs.check().unwrap_err().to_string().contains("1.png"));
         assert!(Photographs::open(files).is_err());
-    }
-
-    #[test]
-    fn a_small_cache_does_not_change_samples() {
-        let (_folder, files) = folder(5);
-        let template = Template::thin_shell(Picture::from_fn(8, 8, |x, _| [30 * x as u8; 3]), 200.0, 150.0).unwrap();
-        let plain = Synthesizer::new(&template, SynthConfig::default()).unwrap();
-        let large = plain.clone().with_photographs(files.clone()).unwrap();
-        let small = plain.with_cached_photographs(Photographs::with_cache(files, 0).unwrap());
-        for index in 0..12 {
-            assert!(large.sample(3, index) == small.sample(3, index), "sample {index}");
-        }
-        assert!(small.check_photographs().is_ok());
     }
 }

@@ -11,6 +11,13 @@ use serde::Serialize;
 /// Draws before the best pose so far is taken.
 const POSE_TRIES: usize = 64;
 
+/// Greatest angle in degrees between the template's z axis and the line of sight to the centroid. Away from the image's
+/// centre that line is not the camera's axis. Near 90 the sheet is seen edge-on and its print cannot be read.
+const MAX_VIEW_DEG: f64 = 75.0;
+
+/// Least depth (z) of any vertex in mm.
+const MIN_DEPTH_MM: f64 = 60.0;
+
 /// What poses are drawn.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PoseConfig {
@@ -22,46 +29,35 @@ pub struct PoseConfig {
     /// uniform, so that the density falls with its cosine and steep views stay the exception; the
     /// tilt's axis is uniform in the image plane. Default 65.
     pub max_tilt_deg: f64,
-    /// Greatest angle in degrees between the template's z axis and the line of sight to the centroid. Away from the image's
-    /// centre that line is not the camera's axis. Default 75; near 90 the sheet is seen edge-on and its print cannot be read.
-    pub max_view_deg: f64,
     /// Greatest in-plane rotation to either side in degrees, uniform. Default 180: any way up.
     pub max_roll_deg: f64,
     /// Least fraction of the vertices inside the image. Default 0.4.
     pub min_in_view: f64,
     /// Probability that a pose may reach over the image's edge although it would fit. Default 0.35.
     pub partly_out_probability: f64,
-    /// Least depth (z) of any vertex in mm. Default 60.
-    pub min_depth_mm: f64,
-    /// Draws poses from these ranges of rotation and translation instead. Distance, tilt, roll and the probability of
-    /// reaching over the edge are then ignored; the bounds on what is in view still hold. Default none.
-    pub uniform: Option<UniformPose>,
+    /// Draws uniform poses, as the paper's section 5.1 has it: within 45 degrees about each of the camera's axes (the paper
+    /// says "the camera's optical axes", which we read as all three), within 150 mm along x and y, 400 to 900 mm away, all
+    /// independent. Distance, tilt, roll and the probability of reaching over the edge are then ignored; the bounds on
+    /// what is in view still hold. Default false.
+    pub uniform: bool,
 }
 
-/// A uniform random pose, as the paper's section 5.1 has it. The rotation about the camera's axes and the translation of the
-/// sheet's centroid are independent numbers.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct UniformPose {
-    /// Largest angle about each of the camera's x, y and z axes, to either side, degrees. The rotation is R_x R_y R_z (the
-    /// paper says "the camera's optical axes", which we read as all three).
-    pub max_rotation_deg: f64,
-    /// Largest shift along x and along y from the optical axis, mm.
-    pub max_shift_mm: f64,
-    /// Depth, mm.
-    pub depth_mm: [f64; 2],
-}
+/// Ranges of [`PoseConfig::uniform`]: angle about each axis, to either side, shift along x and y, and depth. The paper does
+/// not say where its t_z of 100 to 600 mm is counted from; at 100 mm an A4 sheet cannot be in view. At 300 mm the flat sheet
+/// just fits the 270 rows of the training camera, so that is where.
+const UNIFORM_ROTATION_DEG: f64 = 45.0;
+const UNIFORM_SHIFT_MM: f64 = 150.0;
+const UNIFORM_DEPTH_MM: [f64; 2] = [400.0, 900.0];
 
 impl Default for PoseConfig {
     fn default() -> Self {
         Self {
             distance_mm: [250.0, 900.0],
             max_tilt_deg: 65.0,
-            max_view_deg: 75.0,
             max_roll_deg: 180.0,
             min_in_view: 0.4,
             partly_out_probability: 0.35,
-            min_depth_mm: 60.0,
-            uniform: None,
+            uniform: false,
         }
     }
 }
@@ -70,10 +66,10 @@ impl Default for PoseConfig {
 /// tilted, then moved so that its centroid has the drawn depth and lies anywhere in view. The identity rotation shows it
 /// frontal and unmirrored.
 ///
-/// Poses that bring a vertex nearer than `min_depth_mm`, too little of the sheet into view or the
+/// Poses that bring a vertex nearer than 60 mm, too little of the sheet into view or the
 /// sheet edge-on are drawn again. When none of 64 draws will do (a sheet too large for the distances), the best of
-/// them is moved back until its nearest vertex has `min_depth_mm`. A pure function of its arguments.
-pub fn sample_pose<R: Rng + ?Sized>(
+/// them is moved back until its nearest vertex has them. A pure function of its arguments.
+pub(crate) fn sample_pose<R: Rng + ?Sized>(
     camera: &Camera,
     vertices_template: &[DVec3],
     config: &PoseConfig,
@@ -83,8 +79,8 @@ pub fn sample_pose<R: Rng + ?Sized>(
     for _ in 0..POSE_TRIES {
         let pose = draw_pose(camera, vertices_template, config, rng);
         let in_view = fraction_in_view(camera, vertices_template, &pose);
-        let near = nearest(vertices_template, &pose) - config.min_depth_mm;
-        let readable = view_angle(vertices_template, &pose) <= config.max_view_deg.to_radians();
+        let near = nearest(vertices_template, &pose) - MIN_DEPTH_MM;
+        let readable = view_angle(vertices_template, &pose) <= MAX_VIEW_DEG.to_radians();
         if near >= 0.0 && in_view >= config.min_in_view && readable {
             return pose;
         }
@@ -94,7 +90,7 @@ pub fn sample_pose<R: Rng + ?Sized>(
         }
     }
     let mut pose = best.map_or(DAffine3::IDENTITY, |(_, pose)| pose);
-    let missing = config.min_depth_mm - nearest(vertices_template, &pose);
+    let missing = MIN_DEPTH_MM - nearest(vertices_template, &pose);
     if missing > 0.0 && missing.is_finite() {
         let center = pose.transform_point3(centroid(vertices_template));
         let away = if center.z > 0.0 { center / center.z } else { DVec3::Z };
@@ -104,7 +100,7 @@ pub fn sample_pose<R: Rng + ?Sized>(
 }
 
 /// Fraction of the vertices (template frame) that a pose projects inside the image.
-pub fn fraction_in_view(camera: &Camera, vertices_template: &[DVec3], camera_from_template: &DAffine3) -> f64 {
+pub(crate) fn fraction_in_view(camera: &Camera, vertices_template: &[DVec3], camera_from_template: &DAffine3) -> f64 {
     let limit = camera.size().as_dvec2();
     let inside = vertices_template.iter().filter(|vertex| {
         let pixel = camera.project(camera_from_template.transform_point3(**vertex));
@@ -113,20 +109,18 @@ pub fn fraction_in_view(camera: &Camera, vertices_template: &[DVec3], camera_fro
     inside.count() as f64 / vertices_template.len().max(1) as f64
 }
 
-impl UniformPose {
-    fn draw<R: Rng + ?Sized>(&self, vertices: &[DVec3], rng: &mut R) -> DAffine3 {
-        let mut within = |most: f64| between([-most, most], rng);
-        let [x, y, z] = [self.max_rotation_deg.to_radians(); 3].map(&mut within);
-        let [right, down] = [self.max_shift_mm; 2].map(&mut within);
-        let rotation = DQuat::from_euler(EulerRot::XYZ, x, y, z);
-        let place = DVec3::new(right, down, between(self.depth_mm, rng));
-        DAffine3::from_rotation_translation(rotation, place - rotation * centroid(vertices))
-    }
+fn draw_uniform<R: Rng + ?Sized>(vertices: &[DVec3], rng: &mut R) -> DAffine3 {
+    let mut within = |most: f64| between([-most, most], rng);
+    let [x, y, z] = [UNIFORM_ROTATION_DEG.to_radians(); 3].map(&mut within);
+    let [right, down] = [UNIFORM_SHIFT_MM; 2].map(&mut within);
+    let rotation = DQuat::from_euler(EulerRot::XYZ, x, y, z);
+    let place = DVec3::new(right, down, between(UNIFORM_DEPTH_MM, rng));
+    DAffine3::from_rotation_translation(rotation, place - rotation * centroid(vertices))
 }
 
 fn draw_pose<R: Rng + ?Sized>(camera: &Camera, vertices: &[DVec3], config: &PoseConfig, rng: &mut R) -> DAffine3 {
-    if let Some(uniform) = &config.uniform {
-        return uniform.draw(vertices, rng);
+    if config.uniform {
+        return draw_uniform(vertices, rng);
     }
     let distance = between(config.distance_mm.map(f64::ln), rng).exp();
     let tilt = (between([0.0, 1.0], rng) * config.max_tilt_deg.to_radians().sin()).asin();

@@ -4,9 +4,9 @@ use crate::deform::edge_length_changes;
 use crate::error::SynthError;
 use crate::random::{Stream, generator};
 use crate::render::projected_mesh::ProjectedMesh;
-use crate::scene::composition::{CaptureConditions, Scene};
+use crate::scene::composition::Scene;
 use crate::scene::config::SynthConfig;
-use crate::scene::ingredients::{Ingredients, PosedShape};
+use crate::scene::ingredients::Ingredients;
 use crate::scene::photographs::Photographs;
 use deepsft_formats::{Sample, fingerprint, template_fingerprint};
 use deepsft_geometry::Template;
@@ -63,16 +63,11 @@ impl Synthesizer {
     ///
     /// # Errors
     /// [`FormatError::Unusable`](deepsft_formats::FormatError::Unusable) names the file that cannot be read.
-    pub fn with_photographs(self, files: Vec<PathBuf>) -> Result<Self, SynthError> {
-        if files.is_empty() {
-            return Ok(self);
+    pub fn with_photographs(mut self, files: Vec<PathBuf>) -> Result<Self, SynthError> {
+        if !files.is_empty() {
+            self.ingredients.photographs = Some(Arc::new(Photographs::open(files)?));
         }
-        Ok(self.with_cached_photographs(Photographs::open(files)?))
-    }
-
-    pub(super) fn with_cached_photographs(mut self, photographs: Photographs) -> Self {
-        self.ingredients.photographs = Some(Arc::new(photographs));
-        self
+        Ok(self)
     }
 
     /// Fails when a photograph could not be read again while samples were made. Samples made since then have other
@@ -119,7 +114,8 @@ impl Synthesizer {
         self.sample_and_strength(seed, index).0
     }
 
-    /// [`Synthesizer::sample`], and [`crate::ControlPointShape::strength`] of its shape where control points made it.
+    /// [`Synthesizer::sample`], and where control points made its shape the fraction of the drawn turns and shifts that is in it: 1 where they kept
+    /// the bounds on edge lengths, less where they were weakened, 0 where the rest shape was kept.
     pub fn sample_and_strength(&self, seed: u64, index: u64) -> (Sample, Option<f64>) {
         let mut rng = generator(seed, index, Stream::Shape);
         let noise_seed = rng.random();
@@ -129,20 +125,20 @@ impl Synthesizer {
             return (scene.compose_without_template(noise_seed), None);
         }
         let scene = self.scene(seed, index);
-        let mut best: Option<(usize, PosedShape, ProjectedMesh)> = None;
+        let mut best = None;
         for _ in 0..VIEW_TRIES {
-            let shape = self.ingredients.sample_shape(&mut rng);
-            let sheet = ProjectedMesh::new(self.template().mesh(), &shape.vertices_camera, &self.config().camera);
+            let (vertices_camera, strength) = self.ingredients.sample_shape(&mut rng);
+            let sheet = ProjectedMesh::new(self.template().mesh(), &vertices_camera, &self.config().camera);
             let visible = scene.visible_area(&sheet);
             if best.as_ref().is_none_or(|(most, ..)| visible > *most) {
-                best = Some((visible, shape, sheet));
+                best = Some((visible, vertices_camera, strength, sheet));
             }
             if visible >= self.config().min_visible_px {
                 break;
             }
         }
         match best {
-            Some((_, shape, sheet)) => (scene.compose(shape.vertices_camera, &sheet, noise_seed), shape.strength),
+            Some((_, vertices, strength, sheet)) => (scene.compose(vertices, &sheet, noise_seed), strength),
             None => (scene.compose_without_template(noise_seed), None),
         }
     }
@@ -153,13 +149,10 @@ impl Synthesizer {
         Scene::with_template(&self.ingredients, None, &mut generator(seed, index, Stream::Scene))
     }
 
-    /// [`Synthesizer::scene`] under the conditions of another.
-    pub(crate) fn scene_under(&self, conditions: &CaptureConditions, seed: u64, index: u64) -> Scene<'_> {
-        Scene::with_template(
-            &self.ingredients,
-            Some(conditions),
-            &mut generator(seed, index, Stream::Scene),
-        )
+    /// [`Synthesizer::scene`] under the light, on the paper and with the camera settings of `other`.
+    pub(crate) fn scene_like(&self, other: &Scene<'_>, seed: u64, index: u64) -> Scene<'_> {
+        let mut rng = generator(seed, index, Stream::Scene);
+        Scene::with_template(&self.ingredients, Some(other), &mut rng)
     }
 
     /// Renders the template with its vertices at `vertices_camera` (mm, camera frame), without disturbances. The paper is matt,

@@ -2,8 +2,12 @@
 
 use deepsft_geometry::glam::{DQuat, DVec2, DVec3};
 use deepsft_geometry::{Picture, Template, TriangleMesh};
-use deepsft_synth::{Sample, SynthConfig, Synthesizer, capsule};
+use deepsft_synth::{Sample, SynthConfig, Synthesizer};
 use std::f64::consts::{PI, TAU};
+
+#[path = "../common/capsule.rs"]
+mod fixture;
+use fixture::capsule;
 
 const RADIUS: f64 = 100.0;
 
@@ -17,7 +21,7 @@ fn art() -> Picture {
 
 /// A capsule as long as it is thick.
 fn ball() -> Template {
-    Template::of_mesh(capsule(2.0 * RADIUS, RADIUS, RINGS, AROUND).unwrap(), art()).unwrap()
+    Template::of_mesh(capsule(2.0 * RADIUS, RADIUS, RINGS, AROUND), art()).unwrap()
 }
 
 /// The point of the ball with these texture coordinates: v goes evenly from pole to pole along x; each half around the
@@ -142,7 +146,7 @@ fn what_is_nearer_hides_what_is_behind_it_and_the_registration_jumps_between() {
 
 #[test]
 fn samples_of_a_mesh_are_a_function_of_template_configuration_seed_and_index() {
-    let tube = Template::of_mesh(capsule(240.0, 30.0, 31, 20).unwrap(), art()).unwrap();
+    let tube = Template::of_mesh(capsule(240.0, 30.0, 31, 20), art()).unwrap();
     let one = Synthesizer::new(&tube, SynthConfig::default()).unwrap();
     let other = Synthesizer::new(&tube, SynthConfig::default()).unwrap();
     let forwards: Vec<Sample> = (0..12).map(|index| one.sample(7, index)).collect();

@@ -2,8 +2,8 @@
 
 use deepsft_geometry::{Camera, Picture, Template, training_camera};
 use deepsft_synth::{
-    ASSOCIATIONS_FILE, CAMERA_FILE, DEPTH_FOLDER, MASK_FOLDER, RGB_FOLDER, Recording, RecordingSimulator, RgbdSensor,
-    SimulationConfig, SynthError, encode_depth_png, encode_jpeg, encode_mask_png,
+    CAMERA_FILE, DEPTH_FOLDER, MASK_FOLDER, RGB_FOLDER, Recording, RecordingSimulator, RgbdSensor, SynthError,
+    encode_depth_png, encode_jpeg, encode_mask_png,
 };
 use image::ImageEncoder;
 use image::codecs::png::PngEncoder;
@@ -90,19 +90,28 @@ fn associations_pair_other_names_and_set_the_order() {
     write_small(folder.path());
     let jpeg = encode_jpeg(&Picture::from_fn(48, 27, |_, _| [200; 3]), 95).unwrap();
     write(folder.path(), "rgb/17.25.jpg", &jpeg);
-    let list = "17.25 rgb/17.25.jpg 17.26 depth/b.png\n18.0 rgb/a.png 18.1 depth/a.png\n";
-    write(folder.path(), ASSOCIATIONS_FILE, list.as_bytes());
+    let list = "# time rgb time depth\n17.25 rgb/17.25.jpg 17.26 depth/b.png\n\n18.1 depth/a.png 18.0 rgb/a.png\n";
+    write(folder.path(), "associations.txt", list.as_bytes());
     let recording = Recording::open(folder.path()).unwrap();
     assert_eq!(recording.frames(), 2);
     let first = recording.frame(0, &small_camera()).unwrap();
     assert!(first.image.rgb().iter().all(|&c| c.abs_diff(200) < 4));
     assert_eq!(recording.frame(1, &small_camera()).unwrap().image, color());
-    write(folder.path(), ASSOCIATIONS_FILE, b"1 rgb/none.png 1 depth/a.png\n");
+    write(folder.path(), "associations.txt", b"1 rgb/none.png 1 depth/a.png\n");
     let message = refusal(folder.path());
     assert!(
         message.contains("no such picture") && message.contains("none.png"),
         "{message}"
     );
+    for (line, part) in [
+        ("1.0 rgb/a.png 1.1", "line 1 is not"),
+        ("1.0 rgb/a.png 1.1 rgb/b.png", "does not name one picture in depth/"),
+        ("1.0 rgb/a.png 1.1 ../depth/b.png", "outside"),
+        ("1.0 rgb/a.png 1.1 /depth/b.png", "outside"),
+    ] {
+        write(folder.path(), "associations.txt", line.as_bytes());
+        assert!(refusal(folder.path()).contains(part), "{line}");
+    }
 }
 
 #[test]
@@ -178,7 +187,7 @@ fn template() -> Template {
 }
 
 fn simulator_of(seed: u64) -> RecordingSimulator {
-    RecordingSimulator::new(&template(), SimulationConfig::default(), seed).unwrap()
+    RecordingSimulator::new(&template(), false, seed).unwrap()
 }
 
 #[test]
@@ -217,11 +226,7 @@ fn a_simulated_recording_aligned_and_read_back_measures_its_truth_up_to_the_sens
 #[test]
 fn a_simulated_recording_is_made_in_one_place_unless_it_is_asked_to_change() {
     let takes = |conditions_change| {
-        let config = SimulationConfig {
-            conditions_change,
-            ..SimulationConfig::default()
-        };
-        let simulator = RecordingSimulator::new(&template(), config, 3).unwrap();
+        let simulator = RecordingSimulator::new(&template(), conditions_change, 3).unwrap();
         [0, 1].map(|number| simulator.take(number).frame(0).unwrap().truth)
     };
     let (one, several) = (takes(false), takes(true));

@@ -1,8 +1,9 @@
 //! Depth of one camera in the image of another.
 
+use crate::recording::RgbdSensor;
+use crate::recording::alignment::DepthAlignment;
 use deepsft_geometry::glam::{DAffine3, DVec3};
 use deepsft_geometry::training_camera;
-use deepsft_synth::{DepthAlignment, RgbdSensor};
 
 /// A depth picture of `sensor`, in its units.
 fn picture(sensor: &RgbdSensor, depth_mm: impl Fn(f64, f64) -> f64) -> Vec<u16> {

@@ -1,6 +1,9 @@
 //! Random shapes of a mesh.
 
-use deepsft_synth::{ControlPointConfig, ControlPointDeformation, EdgeLengthChange, capsule, edge_length_change};
+use super::capsule::capsule;
+use super::edge_length_change;
+use crate::deform::ControlPointDeformation;
+use deepsft_formats::EdgeLengthChange;
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 
@@ -9,24 +12,21 @@ const WEAKEST: f64 = 0.07;
 
 #[test]
 fn a_shape_says_whether_it_was_weakened_or_given_up() {
-    let tube = capsule(240.0, 20.0, 41, 16).unwrap();
+    let tube = capsule(240.0, 20.0, 41, 16);
     let deformation = ControlPointDeformation::new(&tube).unwrap();
     let shape = |p95| {
-        let config = ControlPointConfig {
-            max_edge_change: EdgeLengthChange { median: 1.0, p95 },
-            ..ControlPointConfig::default()
-        };
-        deformation.deform(&config, &mut Pcg64Mcg::seed_from_u64(3))
+        let most = EdgeLengthChange { median: 1.0, p95 };
+        deformation.deform(most, &mut Pcg64Mcg::seed_from_u64(3))
     };
     let drawn = shape(1.0);
-    assert_eq!(drawn.strength, 1.0);
+    assert_eq!(drawn.1, 1.0);
     // A bound a little below what was drawn: one step weaker, or a few.
-    let weaker = shape(0.9 * edge_length_change(&tube, &drawn.vertices).p95);
-    assert!((0.0..1.0).contains(&weaker.strength) && weaker.strength >= WEAKEST);
-    assert_ne!(weaker.vertices, tube.vertices());
+    let weaker = shape(0.9 * edge_length_change(&tube, &drawn.0).p95);
+    assert!((0.0..1.0).contains(&weaker.1) && weaker.1 >= WEAKEST);
+    assert_ne!(weaker.0, tube.vertices());
     let given_up = shape(0.0);
     assert_eq!(
-        (given_up.strength, given_up.vertices.as_slice()),
+        (given_up.1, given_up.0.as_slice()),
         (0.0, tube.vertices())
     );
 }

@@ -1,8 +1,11 @@
 //! Random shapes of a sheet.
 
+use super::edge_length_change;
+use crate::deform::config::DeformationFamily;
+use crate::deform::{DeformationConfig, deform};
+use deepsft_formats::EdgeLengthChange;
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::{Picture, Template};
-use deepsft_synth::{DeformationConfig, DeformationFamily, EdgeLengthChange, deform, edge_length_change};
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 

@@ -1,7 +1,7 @@
 //! The noise of the simulated depth camera.
 
-use deepsft_synth::random::{Stream, generator};
-use deepsft_synth::{DepthNoise, SeenDepth};
+use crate::random::{Stream, generator};
+use crate::recording::depth_camera::{self, SeenDepth, deviation_mm};
 
 const WIDTH: usize = 200;
 
@@ -10,8 +10,8 @@ fn wall(depth_mm: f64, angle_deg: f64) -> Vec<SeenDepth> {
     vec![SeenDepth { depth_mm, cosine }; WIDTH * WIDTH]
 }
 
-fn measure(noise: &DepthNoise, seen: &[SeenDepth]) -> Vec<u16> {
-    noise.measure(seen, WIDTH, &mut generator(1, 2, Stream::DepthNoise))
+fn measure(seen: &[SeenDepth]) -> Vec<u16> {
+    depth_camera::measure(seen, WIDTH, &mut generator(1, 2, Stream::DepthNoise))
 }
 
 #[test]
@@ -19,9 +19,8 @@ fn a_wall_is_measured_with_the_deviation_of_the_fit() {
     // At 1 m, frontal: 1.5 - 0.5 + 0.3 = 1.3 mm. At 2 m and 60 degrees: 1.5 - 1 + 1.2 + 0.1 * 2.828 * (60 / 30)^2 =
     // 2.831 mm. Rounding to 1 mm adds a variance of 1/12 mm^2.
     for (depth, angle, expected) in [(1000.0, 0.0, 1.3), (2000.0, 60.0, 2.831_37)] {
-        let noise = DepthNoise::default();
-        assert!((noise.deviation_mm(depth, f64::to_radians(angle).cos()) - expected).abs() < 1e-4);
-        let measured: Vec<f64> = measure(&noise, &wall(depth, angle))
+        assert!((deviation_mm(depth, f64::to_radians(angle).cos()) - expected).abs() < 1e-4);
+        let measured: Vec<f64> = measure(&wall(depth, angle))
             .into_iter()
             .filter(|&units| units > 0)
             .map(f64::from)
@@ -44,7 +43,7 @@ fn at_an_edge_some_pixels_are_lost_and_some_fly_between_the_surfaces() {
             cosine: 1.0,
         });
     }
-    let measured = measure(&DepthNoise::default(), &seen);
+    let measured = measure(&seen);
     let column = |x: usize| (0..WIDTH).map(move |row| row * WIDTH + x).map(|i| measured[i]);
     let holes = column(99).chain(column(100)).filter(|&d| d == 0).count() as f64 / 400.0;
     let flying = column(99)
@@ -60,19 +59,7 @@ fn at_an_edge_some_pixels_are_lost_and_some_fly_between_the_surfaces() {
 
 #[test]
 fn grazing_and_too_near_surfaces_measure_nothing() {
-    assert!(
-        measure(&DepthNoise::default(), &wall(1000.0, 81.0))
-            .iter()
-            .all(|&d| d == 0)
-    );
-    assert!(
-        measure(&DepthNoise::default(), &wall(450.0, 0.0))
-            .iter()
-            .all(|&d| d == 0)
-    );
-    assert!(
-        measure(&DepthNoise::default(), &wall(f64::INFINITY, 0.0))
-            .iter()
-            .all(|&d| d == 0)
-    );
+    assert!(measure(&wall(1000.0, 81.0)).iter().all(|&d| d == 0));
+    assert!(measure(&wall(450.0, 0.0)).iter().all(|&d| d == 0));
+    assert!(measure(&wall(f64::INFINITY, 0.0)).iter().all(|&d| d == 0));
 }

@@ -1,8 +1,8 @@
 //! Samples made some at a time.
 
+use crate::{SynthConfig, Synthesizer, in_order, samples};
 use deepsft_formats::Sample;
 use deepsft_geometry::{Picture, Template};
-use deepsft_synth::{SynthConfig, Synthesizer, in_order, samples};
 
 /// Samples that are made at a time.
 const AHEAD: u64 = 32;

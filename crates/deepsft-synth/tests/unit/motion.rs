@@ -1,8 +1,10 @@
 //! How a sheet moves in a clip.
 
+use super::edge_length_change;
+use crate::clip::motion::{ClipMotion, DISTANCE_MM, FIRST_CLIP_SEED, MAX_TILT_DEG};
+use crate::scene::pose::fraction_in_view;
 use deepsft_geometry::glam::{DAffine3, DVec3};
 use deepsft_geometry::{Picture, Template, training_camera};
-use deepsft_synth::{ClipConfig, ClipMotion, FIRST_CLIP_SEED, edge_length_change, fraction_in_view};
 
 /// Eight seconds at twenty frames per second.
 const FRAMES: usize = 160;
@@ -16,7 +18,7 @@ fn seeds() -> impl Iterator<Item = u64> {
 }
 
 fn frames(template: &Template, seed: u64, count: usize) -> Vec<Vec<DVec3>> {
-    let motion = ClipMotion::new(template, &training_camera(), ClipConfig::default(), seed);
+    let motion = ClipMotion::new(template, &training_camera(), seed);
     (0..count)
         .map(|k| motion.vertices_camera(k as f64 / count as f64))
         .collect()
@@ -68,7 +70,7 @@ fn nothing_jumps_also_not_where_the_clip_begins_again() {
 #[test]
 fn the_sheet_stays_in_view_at_its_distance_and_turns_its_front_to_the_camera() {
     let (template, camera) = (sheet(), training_camera());
-    let [near, far] = ClipConfig::default().distance_mm;
+    let [near, far] = DISTANCE_MM;
     for seed in seeds() {
         let mut in_view = 0.0;
         for vertices in frames(&template, seed, FRAMES / 4) {
@@ -81,7 +83,7 @@ fn the_sheet_stays_in_view_at_its_distance_and_turns_its_front_to_the_camera() {
             assert!(fraction > 0.75, "seed {seed}: {fraction}");
             in_view += fraction / (FRAMES / 4) as f64;
             let tilt = mean_normal(&template, &vertices).dot(DVec3::NEG_Z).acos().to_degrees();
-            assert!(tilt < ClipConfig::default().max_tilt_deg + 1e-6, "seed {seed}: {tilt}");
+            assert!(tilt < MAX_TILT_DEG + 1e-6, "seed {seed}: {tilt}");
         }
         assert!(in_view > 0.95, "seed {seed}: {in_view}");
     }

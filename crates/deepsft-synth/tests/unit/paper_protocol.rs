@@ -1,10 +1,11 @@
 //! The ranges of the paper's section 5.1.
 
+use crate::random::{Stream, generator};
+use crate::scene::pose::sample_pose;
+use crate::{PhotographUse, SynthConfig, Synthesizer};
 use deepsft_formats::encode_png;
 use deepsft_geometry::glam::{DMat3, DVec3};
 use deepsft_geometry::{Picture, Template, training_camera};
-use deepsft_synth::random::{Stream, generator};
-use deepsft_synth::{PhotographUse, SynthConfig, Synthesizer, sample_pose};
 use std::fs;
 
 fn a4() -> Template {

@@ -1,8 +1,9 @@
 //! Random poses of a sheet before the camera.
 
+use crate::deform::{DeformationConfig, deform};
+use crate::scene::pose::{PoseConfig, fraction_in_view, sample_pose};
 use deepsft_geometry::glam::{DAffine3, DQuat, DVec2, DVec3};
 use deepsft_geometry::{Picture, Template, training_camera};
-use deepsft_synth::{DeformationConfig, PoseConfig, deform, fraction_in_view, sample_pose};
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 

@@ -1,9 +1,9 @@
 //! How a print differs from its template.
 
+use crate::PrintResponse;
+use crate::painting::srgb8_from_linear;
 use deepsft_geometry::Picture;
 use deepsft_geometry::glam::Vec3;
-use deepsft_synth::PrintResponse;
-use deepsft_synth::painting::srgb8_from_linear;
 
 #[test]
 fn black_turns_grey_white_turns_to_paper_and_colours_pale() {

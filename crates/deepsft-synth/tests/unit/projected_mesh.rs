@@ -1,9 +1,9 @@
 //! A sheet in the image.
 
+use crate::painting::srgb8_from_linear;
+use crate::{Sample, SynthConfig, Synthesizer};
 use deepsft_geometry::glam::{DVec3, Vec3};
 use deepsft_geometry::{Picture, Template};
-use deepsft_synth::painting::srgb8_from_linear;
-use deepsft_synth::{Sample, SynthConfig, Synthesizer};
 
 /// A sheet that faces the camera at depth `z`, mm, in even light before mid grey.
 fn flat(texture: Picture, z: f64) -> Sample {

@@ -1,6 +1,6 @@
 //! Streams of random numbers.
 
-use deepsft_synth::random::{Stream, generator};
+use crate::random::{Stream, generator};
 use rand::RngExt;
 
 #[test]

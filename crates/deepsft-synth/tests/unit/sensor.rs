@@ -1,8 +1,8 @@
 //! The cameras of an RGB-D recording and their file.
 
+use crate::RgbdSensor;
 use deepsft_geometry::Camera;
 use deepsft_geometry::glam::{DAffine3, DQuat, DVec2, DVec3};
-use deepsft_synth::RgbdSensor;
 
 const TUM: &str = r#"{"width": 640, "height": 480, "fx": 525, "fy": 525, "cx": 319.5, "cy": 239.5,
     "pixel_centers": "integer", "depth_scale": 5000}"#;

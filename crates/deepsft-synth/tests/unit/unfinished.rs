@@ -1,8 +1,8 @@
 //! Data sets in the making.
 
+use crate::{DatasetPlan, SynthConfig, SynthError, Synthesizer, UnfinishedDataset};
 use deepsft_formats::{DATASET_FILE, DatasetFolder};
 use deepsft_geometry::{Picture, Template};
-use deepsft_synth::{DatasetPlan, SynthConfig, SynthError, Synthesizer, UnfinishedDataset};
 use std::fs;
 use std::path::Path;
 

@@ -1,8 +1,8 @@
 //! Smooth noise.
 
+use crate::painting::ValueNoise;
+use crate::random::{Stream, generator};
 use deepsft_geometry::glam::Vec2;
-use deepsft_synth::painting::ValueNoise;
-use deepsft_synth::random::{Stream, generator};
 
 #[test]
 fn value_noise_is_smooth_and_fills_its_range() {

@@ -1,6 +1,5 @@
 //! What covers parts of the sheet: hands, things, and the paper's discs; where each sits, and laid into an image.
 
-use crate::render::figure::Figure;
 use crate::render::value_noise::ValueNoise;
 use crate::scene::occluder::body::{ImageOccluder, Part};
 use deepsft_geometry::Camera;
@@ -13,13 +12,9 @@ use serde::Serialize;
 pub enum OccluderKind {
     /// Hands that hold the sheet, things before it, and discs of 1 to 10 pixels in radius.
     HandsAndThings,
-    /// Discs of one random colour at random places of the image (the paper's section 5.1).
-    Discs {
-        /// Most discs; their number is drawn uniformly from 0 on.
-        most: usize,
-        /// Their diameter, pixels.
-        diameter_px: [f64; 2],
-    },
+    /// Up to 4 discs of one random colour each, 1 to 10 pixels in diameter, at random places of the image (the paper's
+    /// section 5.1).
+    Discs,
 }
 
 /// Where an occluder sits on the sheet.
@@ -96,7 +91,7 @@ impl Occluder {
         let scale = if self.in_pixels { 1.0 } else { scale };
         let lay = |parts: &[Part]| {
             let place = |part: &Part| Part {
-                figure: moved(&part.figure, origin, axis, scale),
+                figure: part.figure.moved(origin, axis, scale),
                 surface: part.surface.clone(),
             };
             parts.iter().map(place).collect()
@@ -105,40 +100,8 @@ impl Occluder {
             behind: lay(&self.behind),
             front: lay(&self.front),
             scale,
-            shadow_offset: self.shadow.0 * scale,
-            shadow_softness: (self.shadow.1 * scale).max(1.0),
-            shadow_strength: self.shadow.2,
+            shadow: (self.shadow.0 * scale, (self.shadow.1 * scale).max(1.0), self.shadow.2),
             noise: self.noise,
         })
-    }
-}
-
-/// A figure turned so that x points along `axis`, scaled, and moved to `origin`.
-fn moved(figure: &Figure, origin: Vec2, axis: Vec2, scale: f32) -> Figure {
-    let point = |p: Vec2| origin + axis.rotate(p) * scale;
-    match figure {
-        Figure::Capsule { ends, radii } => Figure::Capsule {
-            ends: ends.map(point),
-            radii: radii.map(|r| r * scale),
-        },
-        Figure::Ellipse {
-            centre,
-            axis: own,
-            radii,
-        } => Figure::Ellipse {
-            centre: point(*centre),
-            axis: axis.rotate(*own),
-            radii: *radii * scale,
-        },
-        Figure::Rectangle {
-            centre,
-            axis: own,
-            half,
-        } => Figure::Rectangle {
-            centre: point(*centre),
-            axis: axis.rotate(*own),
-            half: *half * scale,
-        },
-        Figure::Polygon(corners) => Figure::Polygon(corners.iter().map(|&p| point(p)).collect()),
     }
 }

@@ -42,9 +42,8 @@ pub(crate) struct ImageOccluder {
     pub(super) behind: Vec<Part>,
     pub(super) front: Vec<Part>,
     pub(super) scale: f32,
-    pub(super) shadow_offset: Vec2,
-    pub(super) shadow_softness: f32,
-    pub(super) shadow_strength: f32,
+    /// Displacement in pixels, softness in pixels and strength of its shadow.
+    pub(super) shadow: (Vec2, f32, f32),
     pub(super) noise: ValueNoise,
 }
 
@@ -55,9 +54,7 @@ impl ImageOccluder {
             behind: Vec::new(),
             front,
             scale,
-            shadow_offset: Vec2::ZERO,
-            shadow_softness: 1.0,
-            shadow_strength: 0.0,
+            shadow: (Vec2::ZERO, 1.0, 0.0),
             noise,
         }
     }
@@ -87,27 +84,28 @@ impl ImageOccluder {
     }
 
     fn paint_shadow(&self, frame: &mut Frame) {
-        if self.shadow_strength == 0.0 || self.front.is_empty() {
+        let (offset, softness, strength) = self.shadow;
+        if strength == 0.0 || self.front.is_empty() {
             return;
         }
-        let reach = self.shadow_softness + 1.0;
+        let reach = softness + 1.0;
         let bounds = self.front.iter().map(|part| part.figure.bounds());
         let (low, high) = bounds.fold((Vec2::INFINITY, Vec2::NEG_INFINITY), |(low, high), (a, b)| {
             (low.min(a), high.max(b))
         });
-        let (columns, rows) = frame.window((low + self.shadow_offset - reach, high + self.shadow_offset + reach));
+        let (columns, rows) = frame.window((low + offset - reach, high + offset + reach));
         for row in rows {
             for column in columns.clone() {
                 let pixel = row * frame.width + column;
-                let p = frame.centre(pixel) - self.shadow_offset;
+                let p = frame.centre(pixel) - offset;
                 let distance = self
                     .front
                     .iter()
                     .map(|part| part.figure.distance(p))
                     .fold(f32::INFINITY, f32::min);
-                let t = (0.5 - 0.5 * distance / self.shadow_softness).clamp(0.0, 1.0);
+                let t = (0.5 - 0.5 * distance / softness).clamp(0.0, 1.0);
                 if t > 0.0 {
-                    let left = 1.0 - self.shadow_strength * t * t * (3.0 - 2.0 * t);
+                    let left = 1.0 - strength * t * t * (3.0 - 2.0 * t);
                     frame.set(pixel, frame.color(pixel) * left);
                 }
             }

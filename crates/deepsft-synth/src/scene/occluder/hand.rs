@@ -35,14 +35,9 @@ pub(crate) fn skin_color<R: Rng + ?Sized>(rng: &mut R) -> Vec3 {
     )
 }
 
-/// A hand at the edge of a sheet: the edge is at x = 0, the sheet beyond it towards x, in mm.
-#[derive(Clone, Debug)]
-pub(crate) struct Hand {
-    /// What is behind the sheet.
-    pub(crate) behind: Vec<Part>,
-    /// What is before it.
-    pub(crate) front: Vec<Part>,
-}
+/// The parts of a hand at the edge of a sheet, behind the sheet and before it: the edge is at x = 0, the sheet beyond it
+/// towards x, in mm.
+type Hand = (Vec<Part>, Vec<Part>);
 
 /// A person's measures for one hand.
 struct Build {
@@ -63,7 +58,7 @@ impl Build {
     }
 
     fn palm(&self, centre: Vec2, radii: Vec2) -> Part {
-        let figure = Figure::ellipse(centre, Vec2::X, radii * self.size);
+        let figure = Figure::Ellipse(centre, Vec2::X, radii * self.size);
         Part::new(figure, Surface::Skin(self.skin))
     }
 
@@ -74,8 +69,8 @@ impl Build {
             None => (wrist, [26.0, 38.0], Surface::Skin(self.skin)),
             Some(cloth) => (wrist - self.at(25.0, 0.0), [36.0, 52.0], Surface::Cloth(cloth)),
         };
-        let wrist = Figure::capsule([wrist, wrist - self.at(30.0, 0.0)], [27.0 * self.size; 2]);
-        let arm = Figure::capsule([start, elbow], radii.map(|radius| radius * self.size));
+        let wrist = Figure::Capsule([wrist, wrist - self.at(30.0, 0.0)], [27.0 * self.size; 2]);
+        let arm = Figure::Capsule([start, elbow], radii.map(|radius| radius * self.size));
         [Part::new(wrist, Surface::Skin(self.skin)), Part::new(arm, surface)]
     }
 
@@ -85,66 +80,63 @@ impl Build {
         let radius = radius * self.size;
         let middle = root.lerp(tip, 0.5) + (tip - root).perp().normalize_or_zero() * radius * 0.15;
         for (ends, widths) in [([root, middle], [1.12, 1.02]), ([middle, tip], [1.02, 0.86])] {
-            let figure = Figure::capsule(ends, widths.map(|width| width * radius));
+            let figure = Figure::Capsule(ends, widths.map(|width| width * radius));
             parts.push(Part::new(figure, Surface::Skin(self.skin)));
         }
         if self.nails {
             let axis = (tip - middle).normalize_or(Vec2::X);
-            let figure = Figure::ellipse(tip + axis * radius * 0.12, axis, Vec2::new(0.68, 0.55) * radius);
+            let figure = Figure::Ellipse(tip + axis * radius * 0.12, axis, Vec2::new(0.68, 0.55) * radius);
             parts.push(Part::new(figure, Surface::Nail(self.skin.lerp(NAIL, 0.45))));
         }
     }
 }
 
-impl Hand {
-    /// Draws a hand: most hold the sheet with the thumb in front, the others lie on it or point at it.
-    pub(crate) fn sample<R: Rng + ?Sized>(skin: Vec3, sleeve: Vec3, rng: &mut R) -> Self {
-        let build = Build {
-            skin,
-            size: uniform(rng, [0.85, 1.15]),
-            sleeve: rng.random_bool(0.6).then_some(sleeve),
-            side: if rng.random_bool(0.5) { 1.0 } else { -1.0 },
-            nails: rng.random_bool(0.6),
-        };
-        if rng.random_bool(0.65) {
-            Self::holding(&build, rng)
-        } else {
-            Self::lying(&build, rng)
-        }
+/// Draws a hand: most hold the sheet with the thumb in front, the others lie on it or point at it.
+pub(crate) fn sample_hand<R: Rng + ?Sized>(skin: Vec3, sleeve: Vec3, rng: &mut R) -> Hand {
+    let build = Build {
+        skin,
+        size: uniform(rng, [0.85, 1.15]),
+        sleeve: rng.random_bool(0.6).then_some(sleeve),
+        side: if rng.random_bool(0.5) { 1.0 } else { -1.0 },
+        nails: rng.random_bool(0.6),
+    };
+    if rng.random_bool(0.65) {
+        holding(&build, rng)
+    } else {
+        lying(&build, rng)
     }
+}
 
-    /// The hand behind, the thumb over the edge, seldom a second finger in front.
-    fn holding<R: Rng + ?Sized>(build: &Build, rng: &mut R) -> Self {
-        let reach = uniform(rng, [8.0, 42.0]);
-        let mut behind = build.arm(build.at(-75.0, 10.0)).to_vec();
-        behind.push(build.palm(build.at(-35.0, 8.0), Vec2::new(44.0, 38.0)));
-        let mut front = Vec::new();
-        let lean = uniform(rng, [-14.0, 14.0]);
-        build.finger(build.at(-34.0, lean - 8.0), build.at(reach, 0.0), 10.0, &mut front);
-        if rng.random_bool(0.2) {
-            build.finger(build.at(-40.0, 18.0), build.at(reach * 0.7, 24.0), 8.5, &mut front);
-        }
-        Self { behind, front }
+/// The hand behind, the thumb over the edge, seldom a second finger in front.
+fn holding<R: Rng + ?Sized>(build: &Build, rng: &mut R) -> Hand {
+    let reach = uniform(rng, [8.0, 42.0]);
+    let mut behind = build.arm(build.at(-75.0, 10.0)).to_vec();
+    behind.push(build.palm(build.at(-35.0, 8.0), Vec2::new(44.0, 38.0)));
+    let mut front = Vec::new();
+    let lean = uniform(rng, [-14.0, 14.0]);
+    build.finger(build.at(-34.0, lean - 8.0), build.at(reach, 0.0), 10.0, &mut front);
+    if rng.random_bool(0.2) {
+        build.finger(build.at(-40.0, 18.0), build.at(reach * 0.7, 24.0), 8.5, &mut front);
     }
+    (behind, front)
+}
 
-    /// Some fingers on the sheet, the others bent, the palm outside or partly over the edge.
-    fn lying<R: Rng + ?Sized>(build: &Build, rng: &mut R) -> Self {
-        let stretched = rng.random_range(1..5);
-        let knuckles = uniform(rng, [10.0, 70.0]) - 75.0;
-        let mut front = build.arm(build.at(knuckles - 85.0, 5.0)).to_vec();
-        front.push(build.palm(build.at(knuckles - 40.0, 0.0), Vec2::new(50.0, 42.0)));
-        let spread = uniform(rng, [0.9, 1.5]);
-        for (number, length) in FINGERS.into_iter().enumerate() {
-            let y = (number as f32 - 1.5) * 19.0;
-            let length = if number < stretched { length } else { BENT_FINGER };
-            let tip = build.at(knuckles + length, y * spread);
-            build.finger(build.at(knuckles, y), tip, 8.6, &mut front);
-        }
-        if rng.random_bool(0.5) {
-            let (root, tip) = (build.at(knuckles - 45.0, -34.0), build.at(knuckles + 5.0, -62.0));
-            build.finger(root, tip, 10.0, &mut front);
-        }
-        let behind = Vec::new();
-        Self { behind, front }
+/// Some fingers on the sheet, the others bent, the palm outside or partly over the edge.
+fn lying<R: Rng + ?Sized>(build: &Build, rng: &mut R) -> Hand {
+    let stretched = rng.random_range(1..5);
+    let knuckles = uniform(rng, [10.0, 70.0]) - 75.0;
+    let mut front = build.arm(build.at(knuckles - 85.0, 5.0)).to_vec();
+    front.push(build.palm(build.at(knuckles - 40.0, 0.0), Vec2::new(50.0, 42.0)));
+    let spread = uniform(rng, [0.9, 1.5]);
+    for (number, length) in FINGERS.into_iter().enumerate() {
+        let y = (number as f32 - 1.5) * 19.0;
+        let length = if number < stretched { length } else { BENT_FINGER };
+        let tip = build.at(knuckles + length, y * spread);
+        build.finger(build.at(knuckles, y), tip, 8.6, &mut front);
     }
+    if rng.random_bool(0.5) {
+        let (root, tip) = (build.at(knuckles - 45.0, -34.0), build.at(knuckles + 5.0, -62.0));
+        build.finger(root, tip, 10.0, &mut front);
+    }
+    (Vec::new(), front)
 }

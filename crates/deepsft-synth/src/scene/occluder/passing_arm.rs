@@ -65,7 +65,7 @@ impl PassingArm {
         let fist = Vec2::new(-reach + progress * (image.x + 2.0 * reach), self.fist_row * image.y);
         let elbow = Vec2::new(fist.x + slant, image.y + self.elbow_mm * scale);
         let [sleeve, skin] = self.parts.clone();
-        let arm = Figure::capsule([fist, elbow], [self.wrist_mm * scale, self.elbow_mm * scale]);
+        let arm = Figure::Capsule([fist, elbow], [self.wrist_mm * scale, self.elbow_mm * scale]);
         let fist = Figure::disc(fist, self.fist_mm * scale);
         let parts = vec![Part::new(arm, sleeve), Part::new(fist, skin)];
         ImageOccluder::in_front(parts, scale, self.noise)

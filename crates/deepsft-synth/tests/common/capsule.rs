@@ -1,6 +1,5 @@
 //! An object with a volume: a closed mesh whose texture has two charts.
 
-use crate::error::SynthError;
 use deepsft_geometry::TriangleMesh;
 use deepsft_geometry::glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, TAU};
@@ -12,25 +11,9 @@ const CHARTS: [[f64; 2]; 2] = [[0.0, 0.49], [0.51, 1.0]];
 /// half around the axis, so two seams run from pole to pole; vertices on them and at the poles
 /// stand in the mesh more than once, and [`deepsft_geometry::Welding`] makes it a closed surface of genus 0.
 ///
-/// `rings` vertices from pole to pole, `around` (even) around the axis: 2 around (rings - 2) faces.
-///
-/// # Errors
-/// [`SynthError::Setting`] for fewer than 4 rings, for fewer than 6 around or an odd number, for a radius
-/// that is not positive or a length below two radii.
-pub fn capsule(length_mm: f64, radius_mm: f64, rings: usize, around: usize) -> Result<TriangleMesh, SynthError> {
-    if rings < 4 {
-        return Err(SynthError::setting("rings", rings, "at least 4"));
-    }
-    if around < 6 || around % 2 == 1 {
-        return Err(SynthError::setting("around", around, "an even number from 6"));
-    }
-    if !(radius_mm.is_finite() && radius_mm > 0.0 && length_mm.is_finite() && length_mm >= 2.0 * radius_mm) {
-        return Err(SynthError::setting(
-            "length and radius",
-            format!("{length_mm} and {radius_mm} mm"),
-            "a positive radius and a length of two radii or more",
-        ));
-    }
+/// `rings` vertices from pole to pole, `around` (even) around the axis: 2 around (rings - 2) faces. From 4 rings and 6 around,
+/// `length_mm` from two radii.
+pub fn capsule(length_mm: f64, radius_mm: f64, rings: usize, around: usize) -> TriangleMesh {
     let mut vertices = Vec::new();
     let mut texture_coordinates = Vec::new();
     let mut faces = Vec::new();
@@ -67,7 +50,7 @@ pub fn capsule(length_mm: f64, radius_mm: f64, rings: usize, around: usize) -> R
             }
         }
     }
-    Ok(TriangleMesh::new(vertices, texture_coordinates, faces)?)
+    TriangleMesh::new(vertices, texture_coordinates, faces).unwrap()
 }
 
 /// Position along the axis and distance from it at a fraction of the way from pole to pole. On the axis exactly at the
