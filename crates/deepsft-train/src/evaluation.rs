@@ -12,4 +12,4 @@ pub use evaluate::{Evaluation, EvaluationSummary, FitSummary, FrameResult, Measu
 pub use evaluation_frame::{EvaluationFrame, FrameTruth};
 pub use report::{EvaluationReport, FrameReport, reports_to_json};
 
-pub(crate) use measured_depth::{comparable_depth, eroded, trusted_depth};
+pub(crate) use measured_depth::{eroded, measured_maps, trusted_depth};

@@ -22,7 +22,7 @@ pub use evaluation::{
     Evaluation, EvaluationFrame, EvaluationReport, EvaluationSummary, FitSummary, FrameReport, FrameResult, FrameTruth,
     MeasuredPixels, SetMetrics, accuracy_table, reports_to_json, tracking_errors,
 };
-pub use loss::{DepthLoss, Light, LossWeights, PhotoConsistencyLoss, Reduction, Residual};
+pub use loss::{DepthLoss, Light, PhotoConsistencyLoss, Residual};
 pub use run::{
     CARD_FILE, CURVE_FILE, Checkpoint, CheckpointFolder, CurvePoint, Fingerprint, Progress, Saved, TrainingCourse,
     curve_csv, model_card,

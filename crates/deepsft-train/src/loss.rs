@@ -11,7 +11,6 @@ mod total_variation;
 #[path = "../tests/loss/mod.rs"]
 mod tests;
 
-pub use compact_maps::LossWeights;
 pub use depth_refinement::DepthLoss;
 pub use photo_consistency::{Light, PhotoConsistencyLoss, Residual};
 
@@ -22,28 +21,11 @@ pub(crate) use supervised_maps::supervised_maps_loss;
 use total_variation::squared_total_variation;
 
 use burn::tensor::Tensor;
-use serde::Serialize;
 
-/// What the sums over pixels and images of the loss of step 2 or 3 are divided by.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-pub enum Reduction {
-    /// Nothing: the loss as the paper prints it.
-    Sum,
-    /// The number of pixels that count, so that a learning rate does not depend on the size of batch and object. (The
-    /// squared total variation still grows with the object; at the paper's weight that is nothing.)
-    Mean,
-}
-
-impl Reduction {
-    /// The loss, [1], of the sums over the pixels that `counts` [N, 1, H, W]: of the `data`, and the weighted
-    /// `total_variation`.
-    fn of(self, data: Tensor<1>, total_variation: Tensor<1>, counts: Tensor<4>) -> Tensor<1> {
-        match self {
-            Self::Sum => data + total_variation,
-            Self::Mean => {
-                let pixels = counts.sum().clamp_min(1.0);
-                data / pixels.clone() + total_variation / pixels
-            }
-        }
-    }
+/// The loss, [1], of the sums over the pixels that `counts` [N, 1, H, W], of the `data` and the weighted `total_variation`:
+/// divided by the number of these pixels, so that a learning rate does not depend on the size of batch and object. (The
+/// squared total variation still grows with the object; at the paper's weight that is nothing.)
+fn mean_over(counts: Tensor<4>, data: Tensor<1>, total_variation: Tensor<1>) -> Tensor<1> {
+    let pixels = counts.sum().clamp_min(1.0);
+    data / pixels.clone() + total_variation / pixels
 }

@@ -1,7 +1,6 @@
 //! Training step 1 (paper, section 4): all blocks, on synthetic samples.
 
 mod export;
-mod fingerprint;
 mod training;
 mod trunk;
 

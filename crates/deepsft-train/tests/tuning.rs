@@ -12,9 +12,9 @@ use deepsft_geometry::{ColorResponse, Template, photo_consistency_error, trainin
 use deepsft_network::Network;
 use deepsft_synth::{SynthConfig, Synthesizer};
 use deepsft_train::{
-    BatchShape, Budget, LearningRate, Light, MeanMedian, Optimizer, Progress, RecordedFrames, Reduction, Residual,
-    Schedule, TrainConfig, TrainError, TrainingFrame, Tuned, TuningSet, TuningSettings, TuningStep, set_aside_outdated,
-    train, tune,
+    BatchShape, Budget, LearningRate, Light, MeanMedian, Optimizer, Progress, RecordedFrames, Residual, Schedule,
+    TrainConfig, TrainError, TrainingFrame, Tuned, TuningSet, TuningSettings, TuningStep, set_aside_outdated, train,
+    tune,
 };
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -368,7 +368,6 @@ fn the_papers_preset_has_its_numbers_and_learns_with_them() {
     assert_eq!((photo.cauchy_scale, photo.half_size), (4.0, 0.5));
     assert_eq!((photo.residual, photo.light), (Residual::Squared, Light::Ignored));
     // Our reading of what the paper leaves open, with which its rates learn.
-    assert_eq!((depth.reduction, photo.reduction), (Reduction::Mean, Reduction::Mean));
     assert_eq!(depth.unit_mm, Some(100.0));
 
     let frames = frames_between_others();
@@ -490,6 +489,11 @@ fn a_checkpoint_of_another_network_alone_is_set_aside() {
     assert_eq!(kept, folder.path().join("checkpoint.outdated"));
     assert!(kept.join("state.json").is_file() && !config.checkpoint.exists());
     assert_eq!(set_aside(&other, step, &frames(2), &config), None);
+    // The next one is kept beside it.
+    run(step, &frames(2), &config, |_| {}).unwrap();
+    let next = set_aside(&other, step, &frames(2), &config).unwrap();
+    assert_eq!(next, folder.path().join("checkpoint.outdated-2"));
+    assert!(next.join("state.json").is_file() && kept.join("state.json").is_file());
 }
 
 /// A narrow network of the paper's with its first weights, folded, and a synthetic image for it.

@@ -3,7 +3,7 @@
 use super::optimizer::{LearningRate, Optimizer};
 use super::schedule::Schedule;
 use super::tuning_step::TuningStep;
-use crate::loss::{DepthLoss, Light, LossWeights, PhotoConsistencyLoss, Reduction, Residual};
+use crate::loss::{DepthLoss, Light, PhotoConsistencyLoss, Residual};
 use serde::Serialize;
 use std::path::PathBuf;
 
@@ -49,7 +49,7 @@ impl Budget {
 /// 1e-5, and step 2 does so with depths in decimetres; with depths in metres it hardly moves (24.14 to 24.11 mm in two epochs
 /// of 90 frames). So these are our reading of the paper in [`TrainConfig::paper`]. Step 1's loss goes by the network in both:
 /// the paper's own and R50F learn by the paper's, divided by the number of pixels too, the
-/// compact one by ours, on cells and bins ([`TrainConfig::loss`]). Which images step 1 sees is no part of it: see
+/// compact one by ours, on cells and bins. Which images step 1 sees is no part of it: see
 /// [`deepsft_synth::SynthConfig::paper`].
 #[derive(Clone, Debug)]
 pub struct TrainConfig {
@@ -77,8 +77,6 @@ pub struct TrainConfig {
     pub optimizer: Optimizer,
     /// Step 1: learning rate and windows.
     pub schedule: Schedule,
-    /// Step 1: weights of the loss.
-    pub loss: LossWeights,
     /// Step 1: decay per iteration of the average of the weights; 0 for the weights themselves.
     pub average_decay: f64,
     /// Step 1: samples of an epoch, after which the same come again; `None` for ever new ones. Of a data set it is always
@@ -149,7 +147,6 @@ impl TrainConfig {
             depth_tuning: sgd(0.0, 0.0, 7),
             depth_loss: DepthLoss {
                 total_variation: 1e-9,
-                reduction: Reduction::Mean,
                 unit_mm: Some(PAPER_DEPTH_UNIT_MM),
             },
             registration_tuning: sgd(0.9, 1e-9, 6),
@@ -159,7 +156,6 @@ impl TrainConfig {
                 half_size: 0.5,
                 total_variation: 1e-9,
                 light: Light::Ignored,
-                reduction: Reduction::Mean,
             },
             ..Self::ours()
         }
@@ -190,7 +186,6 @@ impl TrainConfig {
             evaluate_every: 120.0,
             optimizer: adam_w,
             schedule: Schedule::default(),
-            loss: LossWeights::default(),
             average_decay: 0.998,
             epoch_samples: None,
             workers: 2,
@@ -198,7 +193,6 @@ impl TrainConfig {
             depth_tuning: steps(1e-4, 0.0, 7),
             depth_loss: DepthLoss {
                 total_variation: 1e-9,
-                reduction: Reduction::Mean,
                 unit_mm: None,
             },
             registration_tuning: steps(1e-3, 0.02, 6),
@@ -208,7 +202,6 @@ impl TrainConfig {
                 half_size: 0.5,
                 total_variation: 1e-9,
                 light: Light::Recorded,
-                reduction: Reduction::Mean,
             },
         }
     }

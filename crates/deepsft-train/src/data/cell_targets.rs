@@ -8,7 +8,7 @@
 
 use deepsft::DepthRange;
 use deepsft_geometry::Maps;
-use deepsft_geometry::glam::DVec3;
+use deepsft_geometry::glam::{DMat3, DVec3};
 use deepsft_network::{PIXELS_PER_CELL, SEAM_JUMP};
 
 /// Fewest visible pixels around a cell that the object covers.
@@ -36,62 +36,54 @@ pub struct CellTargets {
     seams: bool,
 }
 
-/// Sums over the visible pixels of a cell; positions in pixels from the frame's corner.
+/// Sums over the visible pixels of a cell, of w = (1, x, y), positions in pixels from the frame's corner, and the values q.
 #[derive(Clone, Copy, Default)]
 struct Moments {
-    n: f64,
-    x: f64,
-    y: f64,
-    xx: f64,
-    xy: f64,
-    yy: f64,
-    q: DVec3,
-    qx: DVec3,
-    qy: DVec3,
-    qq: DVec3,
+    /// Of w w'.
+    places: DMat3,
+    /// Of q w'.
+    values: DMat3,
+    /// Of the squares of q.
+    squares: DVec3,
 }
 
 impl Moments {
     fn add_pixel(&mut self, x: f64, y: f64, q: DVec3) {
-        self.n += 1.0;
-        self.x += x;
-        self.y += y;
-        self.xx += x * x;
-        self.xy += x * y;
-        self.yy += y * y;
-        self.q += q;
-        self.qx += q * x;
-        self.qy += q * y;
-        self.qq += q * q;
+        let w = DVec3::new(1.0, x, y);
+        self.places += DMat3::from_cols(w, w * x, w * y);
+        self.values += DMat3::from_cols(q, q * x, q * y);
+        self.squares += q * q;
     }
 
     fn add(&mut self, other: &Self) {
-        self.n += other.n;
-        self.x += other.x;
-        self.y += other.y;
-        self.xx += other.xx;
-        self.xy += other.xy;
-        self.yy += other.yy;
-        self.q += other.q;
-        self.qx += other.qx;
-        self.qy += other.qy;
-        self.qq += other.qq;
+        self.places += other.places;
+        self.values += other.values;
+        self.squares += other.squares;
+    }
+
+    /// Number of pixels.
+    fn n(&self) -> f64 {
+        self.places.x_axis.x
     }
 
     /// Affine fit of each q read at (`cx`, `cy`), and the largest RMS residual.
     fn fit_at(&self, cx: f64, cy: f64) -> ([f32; 3], f64) {
-        let (mx, my) = (self.x / self.n, self.y / self.n);
-        let damping = SLOPE_DAMPING * self.n;
-        let a = self.xx - self.n * mx * mx + damping;
-        let b = self.xy - self.n * mx * my;
-        let c = self.yy - self.n * my * my + damping;
+        let n = self.n();
+        let (mx, my) = (self.places.x_axis.y / n, self.places.x_axis.z / n);
+        let damping = SLOPE_DAMPING * n;
+        let a = self.places.y_axis.y - n * mx * mx + damping;
+        let b = self.places.y_axis.z - n * mx * my;
+        let c = self.places.z_axis.z - n * my * my + damping;
         let determinant = a * c - b * b;
-        let mean = self.q / self.n;
-        let (sx, sy) = (self.qx - mean * (self.n * mx), self.qy - mean * (self.n * my));
+        let mean = self.values.x_axis / n;
+        let (sx, sy) = (
+            self.values.y_axis - mean * (n * mx),
+            self.values.z_axis - mean * (n * my),
+        );
         let (gx, gy) = ((sx * c - sy * b) / determinant, (sy * a - sx * b) / determinant);
         let values = mean + gx * (cx - mx) + gy * (cy - my);
-        let spread = self.qq - mean * mean * self.n;
-        let variance = ((spread - gx * sx - gy * sy) / self.n).max_element();
+        let spread = self.squares - mean * mean * n;
+        let variance = ((spread - gx * sx - gy * sy) / n).max_element();
         (values.as_vec3().to_array(), variance.max(0.0).sqrt())
     }
 }
@@ -134,13 +126,13 @@ impl CellTargets {
                         around.add(&moments[r * columns + c]);
                     }
                 }
-                let inside = moments[i].n > 0.0;
-                if around.n < if inside { MIN_INSIDE } else { MIN_OUTSIDE } {
+                let inside = moments[i].n() > 0.0;
+                if around.n() < if inside { MIN_INSIDE } else { MIN_OUTSIDE } {
                     continue;
                 }
                 let centre = |k: usize| (k as f64 + 0.5) * cell as f64;
                 let (mut values, mut residual) = around.fit_at(centre(column), centre(row));
-                if seams && residual > LARGEST_RESIDUAL && moments[i].n >= MIN_INSIDE {
+                if seams && residual > LARGEST_RESIDUAL && moments[i].n() >= MIN_INSIDE {
                     (values, residual) = moments[i].fit_at(centre(column), centre(row));
                 }
                 if residual <= LARGEST_RESIDUAL {

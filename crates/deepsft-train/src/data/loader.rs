@@ -57,15 +57,10 @@ impl TrainingBatch {
 /// Endless batches for one seed. Batch b starts at sample `first_sample` and is made whole by worker
 /// b mod W; the consumer takes them in turn, so threads never change what comes out.
 pub struct Loader {
-    requests: Vec<SyncSender<Request>>,
+    requests: Vec<SyncSender<(u64, BatchShape)>>,
     batches: Vec<Receiver<Result<TrainingBatch, TrainError>>>,
     asked: usize,
     taken: usize,
-}
-
-struct Request {
-    first_sample: u64,
-    shape: BatchShape,
 }
 
 impl Loader {
@@ -79,12 +74,12 @@ impl Loader {
     ) -> Self {
         let (mut requests, mut batches) = (Vec::new(), Vec::new());
         for _ in 0..workers.max(1) {
-            let (request_sender, request_receiver) = sync_channel::<Request>(AHEAD + 1);
+            let (request_sender, request_receiver) = sync_channel::<(u64, BatchShape)>(AHEAD + 1);
             let (batch_sender, batch_receiver) = sync_channel(AHEAD + 1);
             let source = Arc::clone(source);
             std::thread::spawn(move || {
                 for request in request_receiver {
-                    let batch = make_batch(&*source, targets, seed, epoch_samples, &request);
+                    let batch = make_batch(&*source, targets, seed, epoch_samples, request);
                     let failed = batch.is_err();
                     if batch_sender.send(batch).is_err() || failed {
                         break;
@@ -112,7 +107,7 @@ impl Loader {
     pub fn ask(&mut self, first_sample: u64, shape: BatchShape) {
         let worker = self.asked % self.requests.len();
         self.asked += 1;
-        let _ = self.requests[worker].send(Request { first_sample, shape });
+        let _ = self.requests[worker].send((first_sample, shape));
     }
 
     /// The next batch in the order of asking.
@@ -131,27 +126,27 @@ fn make_batch<S: SampleSource + ?Sized>(
     targets: Targets,
     seed: u64,
     epoch_samples: Option<u64>,
-    request: &Request,
+    (first_sample, shape): (u64, BatchShape),
 ) -> Result<TrainingBatch, TrainError> {
-    let asked = request.first_sample..request.first_sample + request.shape.frames as u64;
+    let asked = first_sample..first_sample + shape.frames as u64;
     match targets {
         Targets::Cells(targets) => {
-            let mut batch = Batch::new(request.shape, targets);
+            let mut batch = Batch::new(shape, targets);
             let mut made: Option<(u64, Sample)> = None;
             for window in asked {
-                let index = sample_index(window / request.shape.windows_per_frame(), epoch_samples, seed);
+                let index = sample_index(window / shape.windows_per_frame(), epoch_samples, seed);
                 let sample = match made.take() {
                     Some((made_index, sample)) if made_index == index => sample,
                     _ => source.sample(seed, index)?,
                 };
-                let (left, top) = window_corner(&sample, request.shape, seed, window);
+                let (left, top) = window_corner(&sample, shape, seed, window);
                 batch.push(&sample, left, top);
                 made = Some((index, sample));
             }
             Ok(TrainingBatch::Cells(batch))
         }
         Targets::Maps(range) => {
-            let mut batch = MapBatch::new(request.shape.frames, range);
+            let mut batch = MapBatch::new(range);
             for position in asked {
                 batch.push(&source.sample(seed, sample_index(position, epoch_samples, seed))?);
             }
@@ -210,136 +205,31 @@ fn window_corner(sample: &Sample, shape: BatchShape, seed: u64, index: u64) -> (
 mod tests {
     use super::*;
     use crate::StoredSamples;
-    use burn::tensor::{Device, Tensor};
     use deepsft_geometry::{Picture, Template, training_camera};
     use deepsft_synth::{DatasetDescription, IndexedShards, SampleRecord, SynthConfig, Synthesizer, write_shard};
-    use std::path::{Path, PathBuf};
 
     const SEED: u64 = 3;
-
-    /// What makes samples, and the first twelve on disk, in two shards.
-    fn sources(folder: &Path) -> (Arc<Synthesizer>, Arc<StoredSamples>, Vec<PathBuf>) {
-        let texture = Picture::from_fn(90, 60, |x, y| [(20 + 2 * x) as u8, (20 + 3 * y) as u8, 128]);
-        let template = Template::thin_shell(texture, 180.0, 120.0).unwrap();
-        let synthesizer = Synthesizer::new(&template, SynthConfig::default()).unwrap();
-        let mut shards = IndexedShards::new(training_camera());
-        let mut paths = Vec::new();
-        for indices in [0..7, 7..12] {
-            let path = folder.join(format!("{}.tar", indices.start));
-            let records = indices.map(|index| SampleRecord {
-                seed: SEED,
-                index,
-                sample: synthesizer.sample(SEED, index),
-            });
-            write_shard(std::fs::File::create(&path).unwrap(), records).unwrap();
-            shards.add(&path).unwrap();
-            paths.push(path);
-        }
-        let set = DatasetDescription::new(&template, synthesizer.config().description(), SEED, 12, Vec::new());
-        let stored = StoredSamples::new(shards, &[set]).unwrap();
-        (Arc::new(synthesizer), Arc::new(stored), paths)
-    }
-
-    /// `count` batches of `shape` in turn, of two workers.
-    fn batches<S: SampleSource + 'static>(
-        source: &Arc<S>,
-        targets: Targets,
-        shape: BatchShape,
-        count: u64,
-    ) -> Result<Vec<TrainingBatch>, TrainError> {
-        let mut loader = Loader::start(source, targets, SEED, Some(11), 2);
-        let mut asked = 0;
-        let mut next = || {
-            while loader.wanted() > 0 {
-                loader.ask(asked, shape);
-                asked += shape.frames as u64;
-            }
-            loader.take()
-        };
-        (0..count).map(|_| next()).collect()
-    }
-
-    fn values(tensor: Tensor<4>) -> Vec<f32> {
-        tensor.into_data().try_to_vec().unwrap()
-    }
-
-    /// Largest difference of two tensors where `counts` is positive, if it is given.
-    fn apart(a: Tensor<4>, b: Tensor<4>, counts: Option<&[f32]>) -> f32 {
-        let (a, b) = (values(a), values(b));
-        assert_eq!(a.len(), b.len());
-        let counted = |at: usize| counts.is_none_or(|counts| counts[at % counts.len()] > 0.0);
-        let differences = a.iter().zip(&b).enumerate().filter(|(at, _)| counted(*at));
-        differences.map(|(_, (a, b))| (a - b).abs()).fold(0.0, f32::max)
-    }
-
-    #[test]
-    fn shards_give_the_batches_that_the_synthesizer_gives_up_to_their_rounding() {
-        let folder = tempfile::tempdir().unwrap();
-        let (synthesizer, stored, _) = sources(folder.path());
-        let device = Device::flex();
-        let config = NetworkConfig::compact([180.0, 120.0], &training_camera());
-        // Half of what the files tell apart, and the rounding of f32.
-        let registration = 0.5 / 65_535.0 + 1e-6;
-        let depth = |range: DepthRange| {
-            let step_mm = range.normalise_linear(500.05) - range.normalise_linear(500.0);
-            step_mm.abs() as f32 + 1e-6
-        };
-
-        // Whole frames, into the second epoch.
-        let range = config.depth_range;
-        let of = |shape| {
-            let made = batches(&synthesizer, Targets::Maps(range), shape, 7).unwrap();
-            made.into_iter()
-                .zip(batches(&stored, Targets::Maps(range), shape, 7).unwrap())
-        };
-        for pair in of(BatchShape::whole_frames(2)) {
-            let (TrainingBatch::Maps(made), TrainingBatch::Maps(read)) = pair else {
-                panic!()
-            };
-            let (made, read) = (made.into_tensors(&device), read.into_tensors(&device));
-            assert_eq!(apart(made.images, read.images, None), 0.0);
-            assert!(apart(made.registration, read.registration, None) <= registration);
-            assert!(apart(made.depth, read.depth, None) <= depth(range));
-        }
-
-        // Windows: planes through the pixels of cells, which go on beyond the object's edge, where rounding grows.
-        let targets = Targets::of(&config);
-        let shape = BatchShape {
-            frames: 1,
-            width: 128,
-            height: 96,
-        };
-        let made = batches(&synthesizer, targets, shape, 24).unwrap();
-        let read = batches(&stored, targets, shape, 24).unwrap();
-        let mut cells = 0;
-        for pair in made.into_iter().zip(read) {
-            let (TrainingBatch::Cells(made), TrainingBatch::Cells(read)) = pair else {
-                panic!()
-            };
-            let (made, read) = (made.into_tensors(&device), read.into_tensors(&device));
-            for (made, read) in [
-                (made.images, read.images),
-                (made.mask, read.mask),
-                (made.corners, read.corners),
-            ] {
-                assert_eq!(apart(made, read, None), 0.0);
-            }
-            let weight = values(made.cell_weight.clone());
-            cells += weight.iter().filter(|&&weight| weight > 0.0).count();
-            assert!(apart(made.cell_weight, read.cell_weight, None) < 1e-3);
-            assert!(apart(made.cells, read.cells, Some(&weight)) < 1e-3);
-        }
-        assert!(cells > 200, "{cells}");
-    }
 
     #[test]
     fn a_sample_that_cannot_be_read_stops_the_training_by_the_name_of_its_file() {
         let folder = tempfile::tempdir().unwrap();
-        let (_, stored, paths) = sources(folder.path());
-        std::fs::write(&paths[1], "cut").unwrap();
-        let range = NetworkConfig::compact([180.0, 120.0], &training_camera()).depth_range;
-        let error = batches(&stored, Targets::Maps(range), BatchShape::whole_frames(2), 6).err();
-        assert!(error.unwrap().to_string().contains("7.tar"));
+        let template = Template::thin_shell(Picture::from_fn(9, 6, |x, _| [20 * x as u8; 3]), 180.0, 120.0).unwrap();
+        let synthesizer = Synthesizer::new(&template, SynthConfig::default()).unwrap();
+        let path = folder.path().join("7.tar");
+        let records = (0..11).map(|index| SampleRecord {
+            seed: SEED,
+            index,
+            sample: synthesizer.sample(SEED, index),
+        });
+        write_shard(std::fs::File::create(&path).unwrap(), records).unwrap();
+        let mut shards = IndexedShards::new(training_camera());
+        shards.add(&path).unwrap();
+        let set = DatasetDescription::new(&template, synthesizer.config().description(), SEED, 11, Vec::new());
+        let stored = Arc::new(StoredSamples::new(shards, &[set]).unwrap());
+        std::fs::write(&path, "cut").unwrap();
+        let mut loader = Loader::start(&stored, Targets::Maps(DepthRange::default()), SEED, Some(11), 2);
+        loader.ask(0, BatchShape::whole_frames(2));
+        assert!(loader.take().err().unwrap().to_string().contains("7.tar"));
     }
 
     #[test]

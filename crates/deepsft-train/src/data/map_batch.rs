@@ -6,27 +6,15 @@ use deepsft_geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH};
 use deepsft_network::OUTSIDE;
 use deepsft_synth::Sample;
 
-/// N whole frames with their labels.
+/// Whole frames with their labels, row-major, one frame after the other; outside the object labels are [`OUTSIDE`].
 pub struct MapBatch {
     range: DepthRange,
-    frames: Vec<Frame>,
-}
-
-impl std::fmt::Debug for MapBatch {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("MapBatch")
-            .field("range", &self.range)
-            .finish_non_exhaustive()
-    }
-}
-
-/// A frame and its labels, row-major; outside the object these are [`OUTSIDE`].
-struct Frame {
-    /// [3, 270, 480], 0..=1.
-    image: Vec<f32>,
-    /// Normalised depth, [270, 480].
+    frames: usize,
+    /// [N, 3, 270, 480], 0..=1.
+    images: Vec<f32>,
+    /// Normalised depth, [N, 270, 480].
     depth: Vec<f32>,
-    /// (u, v), [2, 270, 480].
+    /// (u, v), [N, 2, 270, 480].
     registration: Vec<f32>,
 }
 
@@ -42,48 +30,52 @@ pub struct MapTensors {
 }
 
 impl MapBatch {
-    /// Room for `frames` frames, to be filled with [`MapBatch::push`].
-    pub fn new(frames: usize, range: DepthRange) -> Self {
+    /// An empty batch, to be filled with [`MapBatch::push`].
+    pub fn new(range: DepthRange) -> Self {
         Self {
             range,
-            frames: Vec::with_capacity(frames),
+            frames: 0,
+            images: Vec::new(),
+            depth: Vec::new(),
+            registration: Vec::new(),
         }
     }
 
     /// Adds a sample of 480 x 270 pixels.
     pub fn push(&mut self, sample: &Sample) {
-        let plane = |channel: usize| sample.image.rgb().iter().skip(channel).step_by(3);
         let truth = &sample.truth;
         let label = |pixel: usize, value: f32| if truth.inside(pixel) { value } else { OUTSIDE as f32 };
+        for channel in 0..3 {
+            let values = sample.image.rgb().iter().skip(channel).step_by(3);
+            self.images.extend(values.map(|&value| f32::from(value) / 255.0));
+        }
         let normalised = |mm: f32| self.range.normalise_linear(f64::from(mm)) as f32;
         let depth = truth.depth().iter().enumerate();
-        let axis = |axis: usize| {
+        self.depth
+            .extend(depth.map(|(pixel, &mm)| label(pixel, normalised(mm))));
+        for axis in 0..2 {
             let registration = truth.registration().iter().enumerate();
-            registration.map(move |(pixel, uv)| label(pixel, uv[axis]))
-        };
-        self.frames.push(Frame {
-            image: (0..3).flat_map(plane).map(|&value| f32::from(value) / 255.0).collect(),
-            depth: depth.map(|(pixel, &mm)| label(pixel, normalised(mm))).collect(),
-            registration: (0..2).flat_map(axis).collect(),
-        });
+            self.registration
+                .extend(registration.map(|(pixel, uv)| label(pixel, uv[axis])));
+        }
+        self.frames += 1;
     }
 
     /// Frames pushed so far.
     pub fn frames(&self) -> usize {
-        self.frames.len()
+        self.frames
     }
 
     /// The batch as tensors on `device`.
     pub fn into_tensors(self, device: &Device) -> MapTensors {
-        let tensor = |part: fn(&Frame) -> &[f32], channels: usize| -> Tensor<4> {
-            let values = self.frames.iter().map(part).collect::<Vec<_>>().concat();
-            let shape = [self.frames(), channels, CANONICAL_HEIGHT, CANONICAL_WIDTH];
+        let tensor = |values: Vec<f32>, channels: usize| -> Tensor<4> {
+            let shape = [self.frames, channels, CANONICAL_HEIGHT, CANONICAL_WIDTH];
             Tensor::from_data(TensorData::new(values, shape), device)
         };
         MapTensors {
-            images: tensor(|frame| &frame.image, 3),
-            depth: tensor(|frame| &frame.depth, 1),
-            registration: tensor(|frame| &frame.registration, 2),
+            images: tensor(self.images, 3),
+            depth: tensor(self.depth, 1),
+            registration: tensor(self.registration, 2),
         }
     }
 }

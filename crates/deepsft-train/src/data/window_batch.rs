@@ -61,37 +61,25 @@ impl BatchShape {
     }
 }
 
-/// N windows of synthetic frames with what the network should predict for them.
+/// Windows of synthetic frames with what the network should predict for them: row-major arrays, one window after the other.
+/// H x W pixels and h x w cells, h = H / 8, K bins.
 pub struct Batch {
     shape: BatchShape,
     targets: TargetShape,
-    windows: Vec<Window>,
-}
-
-impl std::fmt::Debug for Batch {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Batch")
-            .field("shape", &self.shape)
-            .field("targets", &self.targets)
-            .finish_non_exhaustive()
-    }
-}
-
-/// A window and its targets, row-major.
-struct Window {
-    /// [3, H, W], 0..=1.
-    image: Vec<f32>,
-    /// Pixel (x, y) of the frame where the window begins.
-    corner: [f32; 2],
-    /// [H, W], 0 or 1.
+    windows: usize,
+    /// [N, 3, H, W], 0..=1.
+    images: Vec<f32>,
+    /// Pixel (x, y) of the frame where the window begins, [N, 2].
+    corners: Vec<f32>,
+    /// [N, H, W], 0 or 1.
     mask: Vec<f32>,
-    /// [3, h, w] with h = H / 8.
+    /// [N, 3, h, w].
     cells: Vec<f32>,
-    /// [h, w].
+    /// [N, h, w].
     cell_weight: Vec<f32>,
-    /// [K, h / 2, w / 2] for each of u, v, d.
+    /// [N, K, h / 2, w / 2] for each of u, v, d.
     bin_targets: [Vec<f32>; 3],
-    /// [h / 2, w / 2].
+    /// [N, h / 2, w / 2].
     bin_weight: Vec<f32>,
 }
 
@@ -127,12 +115,19 @@ fn frame_weight(cells: f32) -> f32 {
 }
 
 impl Batch {
-    /// Room for a batch of `shape`, to be filled with [`Batch::push`].
+    /// An empty batch of windows of `shape`, to be filled with [`Batch::push`].
     pub fn new(shape: BatchShape, targets: TargetShape) -> Self {
         Self {
             shape,
             targets,
-            windows: Vec::with_capacity(shape.frames),
+            windows: 0,
+            images: Vec::new(),
+            corners: Vec::new(),
+            mask: Vec::new(),
+            cells: Vec::new(),
+            cell_weight: Vec::new(),
+            bin_targets: Default::default(),
+            bin_weight: Vec::new(),
         }
     }
 
@@ -157,58 +152,56 @@ impl Batch {
                 }
             })
         });
+        self.images.extend(values);
+        self.corners.extend([left as f32, top as f32]);
         let seen = |(x, y)| inside(x, y) && truth.inside(y * truth.width() + x);
+        self.mask.extend(pixels().map(|pixel| f32::from(u8::from(seen(pixel)))));
         let (columns, rows) = (width / PIXELS_PER_CELL, height / PIXELS_PER_CELL);
         let cells = CellTargets::of_window(truth, depth_range, seams, (left, top), (columns, rows));
         let frame_weight = frame_weight(cells.weight.iter().sum());
+        for k in 0..3 {
+            self.cells.extend(cells.coordinates.iter().map(|c| c[k]));
+        }
+        self.cell_weight
+            .extend(cells.weight.iter().map(|weight| frame_weight * weight));
         let coarse = cells.coarse();
-        let bin_targets = [0, 1, 2].map(|k| {
+        for k in 0..3 {
             let mut targets = vec![0.0; bins[k] * coarse.len()];
             for (i, (coordinates, _)) in coarse.iter().enumerate() {
                 two_bins(coordinates[k], bins[k], |bin, fraction| {
                     targets[bin * coarse.len() + i] = fraction;
                 });
             }
-            targets
-        });
-        self.windows.push(Window {
-            image: values.collect(),
-            corner: [left as f32, top as f32],
-            mask: pixels().map(|pixel| f32::from(u8::from(seen(pixel)))).collect(),
-            cells: (0..3)
-                .flat_map(|k| cells.coordinates.iter().map(move |c| c[k]))
-                .collect(),
-            cell_weight: cells.weight.iter().map(|weight| frame_weight * weight).collect(),
-            bin_targets,
-            bin_weight: coarse.iter().map(|(_, weight)| frame_weight * weight).collect(),
-        });
+            self.bin_targets[k].extend(targets);
+        }
+        self.bin_weight
+            .extend(coarse.iter().map(|(_, weight)| frame_weight * weight));
+        self.windows += 1;
     }
 
     /// Frames pushed so far.
     pub fn frames(&self) -> usize {
-        self.windows.len()
+        self.windows
     }
 
     /// The batch as tensors on `device`.
     pub fn into_tensors(self, device: &Device) -> BatchTensors {
         let BatchShape { width, height, .. } = self.shape;
         let (h, w) = (height / PIXELS_PER_CELL, width / PIXELS_PER_CELL);
-        let tensor = |part: &dyn Fn(&Window) -> &[f32], [channels, rows, columns]: [usize; 3]| {
-            let values = self.windows.iter().map(part).collect::<Vec<_>>().concat();
-            Tensor::<4>::from_data(
-                TensorData::new(values, [self.frames(), channels, rows, columns]),
-                device,
-            )
+        let tensor = |values: Vec<f32>, [channels, rows, columns]: [usize; 3]| {
+            let shape = [self.windows, channels, rows, columns];
+            Tensor::<4>::from_data(TensorData::new(values, shape), device)
         };
-        let bins = |k: usize| tensor(&|window| &window.bin_targets[k], [self.targets.bins[k], h / 2, w / 2]);
+        let [u, v, d] = self.bin_targets;
+        let bins = |k: usize, values| tensor(values, [self.targets.bins[k], h / 2, w / 2]);
         BatchTensors {
-            images: tensor(&|window| &window.image, [3, height, width]),
-            corners: tensor(&|window| &window.corner, [2, 1, 1]),
-            mask: tensor(&|window| &window.mask, [1, height, width]),
-            cells: tensor(&|window| &window.cells, [3, h, w]),
-            cell_weight: tensor(&|window| &window.cell_weight, [1, h, w]),
-            bin_targets: [bins(0), bins(1), bins(2)],
-            bin_weight: tensor(&|window| &window.bin_weight, [1, h / 2, w / 2]),
+            images: tensor(self.images, [3, height, width]),
+            corners: tensor(self.corners, [2, 1, 1]),
+            mask: tensor(self.mask, [1, height, width]),
+            cells: tensor(self.cells, [3, h, w]),
+            cell_weight: tensor(self.cell_weight, [1, h, w]),
+            bin_targets: [bins(0, u), bins(1, v), bins(2, d)],
+            bin_weight: tensor(self.bin_weight, [1, h / 2, w / 2]),
         }
     }
 }

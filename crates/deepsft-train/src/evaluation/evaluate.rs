@@ -110,6 +110,22 @@ pub struct FitSummary {
     pub worse_3d_fraction: f64,
 }
 
+impl SetMetrics {
+    /// Of each metric of a frame what `of` makes of it.
+    pub(super) fn new(of: impl Fn(fn(&FrameResult) -> Option<f64>) -> Option<f64>) -> Self {
+        Self {
+            depth_rmse_mm: of(|f| f.metrics.depth_rmse_mm),
+            registration_rmse_px: of(|f| f.metrics.registration_rmse_px),
+            registration_rmse_mm: of(|f| f.metrics.registration_rmse_mm),
+            rmse_3d_mm: of(|f| f.metrics.points_rmse_mm),
+            mask_iou: of(|f| f.metrics.mask_iou),
+            coverage: of(|f| f.metrics.coverage),
+            photo_consistency_error: of(|f| f.photo_consistency_error),
+            frames_per_second: of(|f| f.seconds).map(f64::recip),
+        }
+    }
+}
+
 impl Evaluation {
     /// Evaluates `estimator` on `frames`. With a `recovery` it fits a mesh to the frames in which the template was found. It
     /// calls `each` after every frame with the frame, the answer, the maps whose depth was compared (see
@@ -220,19 +236,8 @@ impl Evaluation {
             .iter()
             .filter(|f| !f.has_template && !f.judgement.found)
             .count();
-        let metrics = |pick: fn(Summary) -> f64| {
-            let of = |metric: fn(&FrameMetrics) -> Option<f64>| self.summary_of(metric).map(pick);
-            SetMetrics {
-                depth_rmse_mm: of(|m| m.depth_rmse_mm),
-                registration_rmse_px: of(|m| m.registration_rmse_px),
-                registration_rmse_mm: of(|m| m.registration_rmse_mm),
-                rmse_3d_mm: of(|m| m.points_rmse_mm),
-                mask_iou: of(|m| m.mask_iou),
-                coverage: of(|m| m.coverage),
-                photo_consistency_error: Summary::of(self.shown().map(|f| f.photo_consistency_error)).map(pick),
-                frames_per_second: Summary::of(self.shown().map(|f| f.seconds)).map(pick).map(f64::recip),
-            }
-        };
+        let metrics =
+            |pick: fn(Summary) -> f64| SetMetrics::new(|metric| Summary::of(self.shown().map(metric)).map(pick));
         EvaluationSummary {
             frames: self.frames.len(),
             frames_with_template: shown,

@@ -1,6 +1,6 @@
 //! Frames to measure a model on: synthetic ones, whose truth is exact, and recorded ones, whose depth was measured.
 
-use super::measured_depth::comparable_depth;
+use super::measured_depth::measured_maps;
 use deepsft_geometry::glam::DVec2;
 use deepsft_geometry::metrics::{FrameMetrics, frame_metrics};
 use deepsft_geometry::{Camera, GeometryError, Maps, Picture};
@@ -130,12 +130,7 @@ impl FrameTruth {
             Self::Exact { maps, .. } => Cow::Borrowed(maps),
             Self::Measured { depth_mm, mask } => {
                 let object = mask.clone().unwrap_or_else(|| answer.mask());
-                let counts = comparable_depth(&object, depth_mm, answer.width());
-                let mut maps = Maps::empty(answer.width(), answer.height());
-                for pixel in (0..counts.len()).filter(|&pixel| counts[pixel]) {
-                    maps.set(pixel, depth_mm[pixel], [0.5; 2]);
-                }
-                Cow::Owned(maps)
+                Cow::Owned(measured_maps(&object, depth_mm, (answer.width(), answer.height())))
             }
         }
     }

@@ -1,6 +1,6 @@
 //! What evaluations found, as JSON.
 
-use super::{Evaluation, EvaluationSummary, FrameResult, MeasuredPixels};
+use super::{Evaluation, EvaluationSummary, FrameResult, MeasuredPixels, SetMetrics};
 use deepsft::Stage;
 use serde::Serialize;
 
@@ -39,13 +39,8 @@ pub struct FrameReport {
     has_template: bool,
     found: bool,
     confidence: f32,
-    depth_rmse_mm: Option<f64>,
-    registration_rmse_px: Option<f64>,
-    registration_rmse_mm: Option<f64>,
-    rmse_3d_mm: Option<f64>,
-    mask_iou: Option<f64>,
-    coverage: Option<f64>,
-    photo_consistency_error: Option<f64>,
+    #[serde(flatten)]
+    metrics: SetMetrics,
     #[serde(skip_serializing_if = "Option::is_none")]
     measured_pixels: Option<MeasuredPixels>,
     #[serde(flatten)]
@@ -87,19 +82,12 @@ pub fn reports_to_json(rows: &[EvaluationReport]) -> serde_json::Result<Vec<u8>>
 
 impl FrameReport {
     fn new(result: &FrameResult) -> Self {
-        let metrics = &result.metrics;
         Self {
             index: result.index,
             has_template: result.has_template,
             found: result.judgement.found,
             confidence: result.judgement.confidence,
-            depth_rmse_mm: metrics.depth_rmse_mm,
-            registration_rmse_px: metrics.registration_rmse_px,
-            registration_rmse_mm: metrics.registration_rmse_mm,
-            rmse_3d_mm: metrics.points_rmse_mm,
-            mask_iou: metrics.mask_iou,
-            coverage: metrics.coverage,
-            photo_consistency_error: result.photo_consistency_error,
+            metrics: SetMetrics::new(|metric| metric(result)),
             measured_pixels: result.measured_pixels,
             network: result.network.map(|network| NetworkReport {
                 network_depth_rmse_mm: network.depth_rmse_mm,

@@ -4,40 +4,21 @@
 use crate::data::BatchTensors;
 use burn::tensor::{Tensor, activation};
 use deepsft_network::{NetworkOutput, cross_entropy};
-use serde::Serialize;
 
-/// Weight of each term, and the width of the quadratic part of the robust loss.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct LossWeights {
-    /// Refined registration and depth.
-    pub refined: f64,
-    /// The main block's own registration and depth (the paper's 1/2).
-    pub main: f64,
-    /// Bins of u, v and d together.
-    pub bins: f64,
-    /// Mask.
-    pub mask: f64,
-    /// Error up to which the smooth L1 loss is quadratic, in units of the unit square.
-    pub beta: f64,
-}
-
-impl Default for LossWeights {
-    fn default() -> Self {
-        Self {
-            refined: 4.0,
-            main: 2.0,
-            bins: 0.25,
-            mask: 1.5,
-            beta: 0.01,
-        }
-    }
-}
+/// Weights of the terms: the refined registration and depth, the main block's own (the paper's 1/2), the bins of u, v and d
+/// together, the mask.
+const REFINED: f64 = 4.0;
+const MAIN: f64 = 2.0;
+const BINS: f64 = 0.25;
+const MASK: f64 = 1.5;
+/// Error up to which the smooth L1 loss is quadratic, in units of the unit square.
+const BETA: f64 = 0.01;
 
 /// The loss of `output` against `batch`, [1]: the weighted sum of the smooth L1 of the refined (u, v, d) and of the main
 /// block's, the cross-entropy of the bins, summed over u, v, d, and the binary cross-entropy of the mask.
-pub fn step_one_loss(output: NetworkOutput, batch: &BatchTensors, weights: &LossWeights) -> Tensor<1> {
+pub fn step_one_loss(output: NetworkOutput, batch: &BatchTensors) -> Tensor<1> {
     let coordinates = |predicted: Tensor<4>| {
-        let error = smooth_l1(predicted - batch.cells.clone(), weights.beta).sum_dim(1);
+        let error = smooth_l1(predicted - batch.cells.clone(), BETA).sum_dim(1);
         (error * batch.cell_weight.clone()).sum() / (batch.cell_weight.clone().sum() + 1.0)
     };
     let refined = coordinates(output.refined);
@@ -46,7 +27,7 @@ pub fn step_one_loss(output: NetworkOutput, batch: &BatchTensors, weights: &Loss
     let entropy = |logits, k: usize| cross_entropy(logits, batch.bin_targets[k].clone(), batch.bin_weight.clone());
     let bins = entropy(u, 0) + entropy(v, 1) + entropy(d, 2);
     let mask = binary_cross_entropy(output.mask, batch.mask.clone());
-    refined * weights.refined + main * weights.main + bins * weights.bins + mask * weights.mask
+    refined * REFINED + main * MAIN + bins * BINS + mask * MASK
 }
 
 /// |e| - beta / 2 beyond beta, e^2 / (2 beta) within, elementwise.

@@ -1,6 +1,6 @@
 //! The loss of training step 2 (paper, equation `depthloss`): depth against what a sensor measured.
 
-use super::Reduction;
+use super::mean_over;
 use super::total_variation::squared_total_variation;
 use burn::tensor::Tensor;
 use deepsft::DepthRange;
@@ -12,15 +12,13 @@ use serde::Serialize;
 pub struct DepthLoss {
     /// Weight lambda of the squared total variation. The paper's 1e-9 is the default.
     pub total_variation: f64,
-    /// What the sums are divided by.
-    pub reduction: Reduction,
     /// Unit of the depths in the loss, mm; `None` is that of normalised depth ([`deepsft::DepthRange::span_mm`]).
     pub unit_mm: Option<f64>,
 }
 
 impl DepthLoss {
     /// The loss, [1]: sum_i || rho_i - rho*_i ||_F^2 + lambda sum_i || nabla rho_i ||_1^2 over the pixels that count, depths in
-    /// [`DepthLoss::unit_mm`].
+    /// [`DepthLoss::unit_mm`], divided by their number.
     ///
     /// `depth` and `measured` [N, 1, H, W] are normalised depths of `range`; `counts` [N, 1, H, W], 0 or 1: the object is
     /// seen there and the sensor measured it; `outside` likewise where it is not: there the depth is to be [`OUTSIDE`], as
@@ -44,6 +42,6 @@ impl DepthLoss {
             data = data + (scaled(depth - OUTSIDE).square() * outside.clone()).sum();
             counted = counted + outside;
         }
-        self.reduction.of(data, smoothness, counted)
+        mean_over(counted, data, smoothness)
     }
 }

@@ -1,7 +1,7 @@
 //! The loss of training step 3 (paper, equation `photoref`): the image against the template seen through the registration.
 
-use super::Reduction;
 use super::bilinear_warp::TexturePyramid;
+use super::mean_over;
 use super::total_variation::squared_total_variation;
 use burn::tensor::Tensor;
 use serde::Serialize;
@@ -52,13 +52,11 @@ pub struct PhotoConsistencyLoss {
     pub total_variation: f64,
     /// What is done about light. The paper: [`Light::Ignored`].
     pub light: Light,
-    /// What the sums are divided by.
-    pub reduction: Reduction,
 }
 
 impl PhotoConsistencyLoss {
     /// The loss, [1]: sum chi(I' - I) + mu sum chi(I'_half - I_half) + lambda sum || nabla eta ||_1^2 over the object's pixels and the
-    /// three colours.
+    /// three colours, divided by the number of these pixels.
     ///
     /// `registration` [N, 2, H, W]; `images` [N, 3, H, W], 0..=1; `inside` [N, 1, H, W], 0 or 1; `levels`: the level of
     /// the texture for each image.
@@ -83,8 +81,7 @@ impl PhotoConsistencyLoss {
         let whole = self.robust(drawn.clone() - seen.clone(), inside.clone());
         let half = self.robust(halved(drawn) - halved(seen), all_of_four(inside.clone()));
         let smoothness = squared_total_variation(registration, inside.clone()) * self.total_variation;
-        self.reduction
-            .of(whole + half * self.half_size, smoothness, inside.clone())
+        mean_over(inside.clone(), whole + half * self.half_size, smoothness)
     }
 
     /// Sum of chi over colours and the pixels inside, [1].

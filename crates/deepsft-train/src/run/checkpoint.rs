@@ -34,7 +34,6 @@ pub struct CurvePoint {
     /// Mean mask IoU.
     pub mask_iou: Option<f64>,
     /// Median of the photometric error E_pr, intensities in 0..=1; of steps 2 and 3.
-    #[serde(default)]
     pub photo_consistency_error: Option<f64>,
 }
 
@@ -131,7 +130,7 @@ impl CheckpointFolder {
     ///
     /// # Errors
     /// [`TrainError::Checkpoint`] when there is none or it cannot be renamed.
-    pub fn set_aside(&self) -> Result<PathBuf, TrainError> {
+    pub(crate) fn set_aside(&self) -> Result<PathBuf, TrainError> {
         let named = |ending: String| {
             let mut name = self.folder.file_name().unwrap_or_default().to_os_string();
             name.push(ending);
@@ -257,78 +256,12 @@ mod tests {
     use burn::module::Param;
     use burn::tensor::Tensor;
 
-    #[test]
-    fn a_checkpoint_that_is_set_aside_is_kept_and_none_is_left_to_go_on_from() {
-        let folder = tempfile::tempdir().unwrap();
-        let place = folder.path().join("model.checkpoint");
-        let checkpoint = CheckpointFolder::new(&place);
-        assert!(checkpoint.set_aside().is_err());
-        for (seed, ending) in [(1, ""), (2, "-2"), (3, "-3")] {
-            let state = Checkpoint {
-                seed,
-                ..Checkpoint::default()
-            };
-            fs::create_dir(&place).unwrap();
-            fs::write(place.join(STATE), serde_json::to_string(&state).unwrap()).unwrap();
-            let aside = checkpoint.set_aside().unwrap();
-            assert_eq!(aside, folder.path().join(format!("model.checkpoint.outdated{ending}")));
-            assert_eq!(CheckpointFolder::new(aside).state().unwrap(), Some(state));
-            assert_eq!(checkpoint.state().unwrap(), None);
-        }
-    }
-
     fn network() -> Network {
         let camera = deepsft_geometry::training_camera();
         Network::new(
             &deepsft::NetworkConfig::compact([297.0, 210.0], &camera),
             &burn::tensor::Device::flex(),
         )
-    }
-
-    #[test]
-    fn a_damaged_optimiser_is_an_error_that_names_its_file() {
-        let folder = tempfile::tempdir().unwrap();
-        let place = folder.path().join("model.checkpoint");
-        let checkpoint = CheckpointFolder::new(&place);
-        let optimizer = || burn::optim::SgdConfig::new().init();
-        checkpoint
-            .save(&Checkpoint::default(), &network(), None, &optimizer())
-            .unwrap();
-        // The weights are no state of an optimiser, though the file is whole.
-        fs::copy(place.join(NETWORK), place.join(OPTIMIZER)).unwrap();
-        let load = checkpoint.load(|| Ok(network()), optimizer(), &Fingerprint::default(), 0);
-        let error = load.map(drop).unwrap_err().to_string();
-        assert!(
-            error.contains("belongs to no weight") && error.contains(OPTIMIZER),
-            "{error}"
-        );
-    }
-
-    #[test]
-    fn a_checkpoint_is_replaced_and_one_that_cannot_be_read_is_an_error_that_names_its_file() {
-        let folder = tempfile::tempdir().unwrap();
-        let checkpoint = CheckpointFolder::new(folder.path().join("model.checkpoint"));
-        let optimizer = || burn::optim::SgdConfig::new().init();
-        let save = |samples| {
-            let state = Checkpoint {
-                samples,
-                ..Checkpoint::default()
-            };
-            checkpoint.save(&state, &network(), None, &optimizer()).unwrap();
-        };
-        save(7);
-        save(14);
-        let load = || checkpoint.load(|| Ok(network()), optimizer(), &Fingerprint::default(), 0);
-        assert_eq!(load().unwrap().unwrap().state.samples, 14);
-        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
-        // Killed between two renames, where folders cannot be exchanged.
-        let place = |name: &str| folder.path().join(name);
-        fs::rename(place("model.checkpoint"), place(".model.checkpoint.replaced")).unwrap();
-        assert_eq!(load().unwrap().unwrap().state.samples, 14);
-        fs::write(place("model.checkpoint").join(STATE), "").unwrap();
-        assert!(load().err().unwrap().to_string().contains("state.json"));
-        save(21);
-        assert_eq!(load().unwrap().unwrap().state.samples, 21);
     }
 
     #[test]

@@ -145,15 +145,15 @@ fn object(template: &Template) -> String {
 }
 
 fn row(point: &CurvePoint) -> String {
-    let figure = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.2}"));
-    let loss = measured_loss(point).map_or_else(|| "-".to_owned(), |loss| format!("{loss:.3}"));
+    let figure = |value: Option<f64>, digits: usize| value.map_or("-".to_owned(), |value| format!("{value:.digits$}"));
     format!(
-        "| {} | {:.2} | {loss} | {} | {} | {} |\n",
+        "| {} | {:.2} | {} | {} | {} | {} |\n",
         point.samples,
         point.seconds / 3600.0,
-        figure(point.registration_rmse_px),
-        figure(point.depth_rmse_mm),
-        figure(point.mask_iou),
+        figure(measured_loss(point), 3),
+        figure(point.registration_rmse_px, 2),
+        figure(point.depth_rmse_mm, 2),
+        figure(point.mask_iou, 2),
     )
 }
 

@@ -1,12 +1,11 @@
 //! Training step 1 (paper, section 4): all blocks, supervised, on synthetic frames made on the fly or read from data sets.
 
-use super::fingerprint::fingerprint;
 use super::trunk::Trunk;
 use crate::config::TrainConfig;
 use crate::data::{Loader, SampleSource, Targets, TrainingBatch};
 use crate::error::TrainError;
 use crate::loss::{step_one_loss, supervised_maps_loss};
-use crate::run::{Checkpoint, CurvePoint, Finished, Progress, RunSettings, TrainingStep, run};
+use crate::run::{Checkpoint, CurvePoint, Fingerprint, Finished, Progress, RunSettings, TrainingStep, run};
 use burn::tensor::{Device, Tensor};
 use deepsft::NetworkConfig;
 use deepsft_geometry::metrics::{FrameMetrics, Summary, frame_metrics};
@@ -26,7 +25,7 @@ pub struct Trained {
 /// Trains a network of `network_config` on the samples of `source`: step 1. The source is a
 /// [`Synthesizer`](deepsft_synth::Synthesizer), or [`StoredSamples`](crate::StoredSamples), all of which are an epoch. `device`
 /// is a plain one; differentiation is switched on here. It reports through `report`. The compact network learns cells and bins
-/// of windows of frames (`config.loss`), the others the paper's loss on the maps of whole frames.
+/// of windows of frames, the others the paper's loss on the maps of whole frames.
 ///
 /// # Errors
 /// [`TrainError`] for a checkpoint that cannot be read, written or continued, samples that are too few or cannot be read, a
@@ -82,6 +81,38 @@ pub fn train<S: SampleSource + ?Sized + 'static>(
     })
 }
 
+/// The names of the parts, as [`CheckpointMismatch`](crate::TrainError::CheckpointMismatch) has them.
+const SAMPLES: &str = "template or with other training images";
+const NETWORK: &str = "network";
+const SETTINGS: &str = "preset (optimiser, learning rates, batches, loss, averaging or epochs)";
+
+const BEGINNING: &str = "beginning (--from)";
+
+/// What must be equal for a checkpoint to be continued: the samples, the network and the settings. Of the budget only
+/// fractions count. `epoch_samples` are those of an epoch of `source`.
+fn fingerprint(
+    source: &(impl SampleSource + ?Sized),
+    network: &NetworkConfig,
+    config: &TrainConfig,
+    epoch_samples: Option<u64>,
+    trunk: Option<&Trunk>,
+) -> Fingerprint {
+    let TrainConfig {
+        optimizer,
+        schedule,
+        average_decay,
+        ..
+    } = config;
+    let fingerprint = Fingerprint::default()
+        .with(SAMPLES, &source.fingerprint())
+        .with(NETWORK, network)
+        .with(SETTINGS, &(optimizer, schedule, average_decay, epoch_samples));
+    match trunk {
+        Some(trunk) => fingerprint.with(BEGINNING, &trunk.sha256),
+        None => fingerprint,
+    }
+}
+
 /// Step 1, as the loop sees it.
 struct StepOne<'a> {
     network_config: &'a NetworkConfig,
@@ -128,7 +159,7 @@ impl TrainingStep for StepOne<'_> {
                 })?;
                 let tensors = batch.into_tensors(&self.differentiable);
                 let output = compact.forward_windows(tensors.images.clone(), &tensors.corners);
-                Ok(step_one_loss(output, &tensors, &self.config.loss))
+                Ok(step_one_loss(output, &tensors))
             }
             TrainingBatch::Maps(batch) => {
                 let tensors = batch.into_tensors(&self.differentiable);

@@ -4,35 +4,35 @@ use super::recorded_frames::TuningSet;
 use super::training_frame::TrainingFrame;
 use crate::error::TrainError;
 use burn::tensor::Device;
-use deepsft_geometry::metrics::{FrameMetrics, Summary, frame_metrics};
+use deepsft_geometry::metrics::{Summary, frame_metrics};
 use deepsft_geometry::{Maps, Picture, photo_consistency_error, relit_photo_consistency_error};
 use deepsft_network::Network;
 use serde::{Deserialize, Serialize};
 
-/// The errors of a network on the held-out frames of a recording: means and medians over frames.
+/// The errors of a network on the held-out frames of a recording: means and medians over frames, or those of one frame.
 ///
 /// All but the mask's are over pixels that do not depend on the network that is measured, see
 /// [`TrainingFrame::measured_region`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct RecordingMetrics {
+pub struct RecordingMetrics<T = MeanMedian> {
     /// RMSE of the depth against the measured one, mm, over [`RecordingMetrics::measured_depth_pixels`].
-    pub measured_depth_rmse_mm: Option<MeanMedian>,
+    pub measured_depth_rmse_mm: Option<T>,
     /// Pixels of all frames whose depth is compared with the measured one.
     pub measured_depth_pixels: u64,
     /// E_pr of the paper, intensities in 0..=1.
-    pub photo_consistency_error: Option<MeanMedian>,
+    pub photo_consistency_error: Option<T>,
     /// The same with the template's texture in the colours in which the recording's camera shows it, see
     /// [`TuningSet::texture_as_recorded`].
-    pub recorded_colors_photo_consistency_error: Option<MeanMedian>,
+    pub recorded_colors_photo_consistency_error: Option<T>,
     /// The same with the light fitted to each image, see [`relit_photo_consistency_error`].
-    pub relit_photo_consistency_error: Option<MeanMedian>,
+    pub relit_photo_consistency_error: Option<T>,
     /// RMSE of the depth against the truth, mm, where there is a truth.
-    pub depth_rmse_mm: Option<MeanMedian>,
+    pub depth_rmse_mm: Option<T>,
     /// RMSE of the registration against the truth, pixels of the 480 x 270 image, where there is a truth.
-    pub registration_rmse_px: Option<MeanMedian>,
+    pub registration_rmse_px: Option<T>,
     /// Intersection over union of the network's mask and the measured region. `None` for a compact network, whose mask no
     /// refinement block changes.
-    pub mask_iou: Option<MeanMedian>,
+    pub mask_iou: Option<T>,
 }
 
 /// Mean and median over frames.
@@ -86,8 +86,8 @@ impl RecordingMetrics {
     }
 
     /// Means and medians over `frames`.
-    fn over(frames: &[FrameErrors]) -> Self {
-        let of = |error: fn(&FrameErrors) -> Option<f64>| {
+    fn over(frames: &[RecordingMetrics<f64>]) -> Self {
+        let of = |error: fn(&RecordingMetrics<f64>) -> Option<f64>| {
             let counted = frames.iter().filter_map(error).count();
             Summary::of(frames.iter().map(error)).map(|Summary { mean, median, .. }| MeanMedian {
                 mean,
@@ -101,22 +101,11 @@ impl RecordingMetrics {
             photo_consistency_error: of(|frame| frame.photo_consistency_error),
             recorded_colors_photo_consistency_error: of(|frame| frame.recorded_colors_photo_consistency_error),
             relit_photo_consistency_error: of(|frame| frame.relit_photo_consistency_error),
-            depth_rmse_mm: of(|frame| frame.against_truth?.depth_rmse_mm),
-            registration_rmse_px: of(|frame| frame.against_truth?.registration_rmse_px),
+            depth_rmse_mm: of(|frame| frame.depth_rmse_mm),
+            registration_rmse_px: of(|frame| frame.registration_rmse_px),
             mask_iou: of(|frame| frame.mask_iou),
         }
     }
-}
-
-/// The errors on one frame, as [`RecordingMetrics`] has their means.
-struct FrameErrors {
-    measured_depth_rmse_mm: Option<f64>,
-    measured_depth_pixels: u64,
-    photo_consistency_error: Option<f64>,
-    recorded_colors_photo_consistency_error: Option<f64>,
-    relit_photo_consistency_error: Option<f64>,
-    against_truth: Option<FrameMetrics>,
-    mask_iou: Option<f64>,
 }
 
 /// What frames are measured with.
@@ -140,20 +129,22 @@ impl<'a> MeasuredSet<'a> {
         frame: &TrainingFrame,
         region: &[bool],
         truth: Option<&Maps>,
-    ) -> Result<FrameErrors, TrainError> {
+    ) -> Result<RecordingMetrics<f64>, TrainError> {
         let TuningSet {
             template, canonical, ..
         } = self.set;
         let (image, texture) = (&frame.image, template.texture());
         let against = |reference: &Maps| frame_metrics(maps, reference, canonical, template.size_mm());
         let measured = frame.measured(region);
-        Ok(FrameErrors {
+        let against_truth = truth.map(against).transpose()?;
+        Ok(RecordingMetrics {
             measured_depth_rmse_mm: against(&measured)?.depth_rmse_mm,
             measured_depth_pixels: measured.area() as u64,
             photo_consistency_error: photo_consistency_error(image, texture, maps),
             recorded_colors_photo_consistency_error: photo_consistency_error(image, &self.texture_as_recorded, maps),
             relit_photo_consistency_error: relit_photo_consistency_error(image, texture, maps),
-            against_truth: truth.map(against).transpose()?,
+            depth_rmse_mm: against_truth.and_then(|errors| errors.depth_rmse_mm),
+            registration_rmse_px: against_truth.and_then(|errors| errors.registration_rmse_px),
             mask_iou: None,
         })
     }

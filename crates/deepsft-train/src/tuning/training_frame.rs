@@ -1,7 +1,7 @@
 //! Frames of an RGB-D recording made ready for training: which pixels count, and at which resolution the template is seen.
 
 use crate::error::TrainError;
-use crate::evaluation::{comparable_depth, eroded, trusted_depth};
+use crate::evaluation::{eroded, measured_maps, trusted_depth};
 use burn::tensor::{Device, Tensor, TensorData};
 use deepsft_geometry::{Camera, GeometryError, Maps, Picture, check_size, mipmap_level};
 use deepsft_network::{Network, pictures_to_tensor};
@@ -98,13 +98,7 @@ impl TrainingFrame {
     /// Returns the measured depth as maps with no registration, inside where it is compared with that of networks. That is in
     /// `region`, two pixels away from its edge and from jumps of the measured depth.
     pub fn measured(&self, region: &[bool]) -> Maps {
-        let width = self.image.width();
-        let mut maps = Maps::empty(width, self.image.height());
-        let compared = comparable_depth(region, &self.depth_mm, width);
-        for pixel in (0..compared.len()).filter(|&pixel| compared[pixel]) {
-            maps.set(pixel, self.depth_mm[pixel], [0.5; 2]);
-        }
-        maps
+        measured_maps(region, &self.depth_mm, (self.image.width(), self.image.height()))
     }
 
     /// Where the object surely is not: two pixels and more from where it is.

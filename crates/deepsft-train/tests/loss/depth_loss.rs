@@ -1,6 +1,6 @@
 //! The loss of step 2 by hand.
 
-use crate::loss::{DepthLoss, Reduction};
+use crate::loss::DepthLoss;
 use burn::tensor::Device;
 use burn::tensor::Tensor;
 use deepsft::DepthRange;
@@ -11,10 +11,9 @@ fn only_what_the_sensor_measured_counts() {
     let row = |values: [f32; 4]| Tensor::<1>::from_floats(values, &device).reshape([1, 1, 1, 4]);
     let (depth, measured) = (row([1.0, 2.0, 4.0, 9.0]), row([0.0, 2.5, 0.0, 9.0]));
     let counts = row([1.0, 1.0, 0.0, 1.0]);
-    let loss = |total_variation, reduction| -> f32 {
+    let loss = |total_variation| -> f32 {
         let loss = DepthLoss {
             total_variation,
-            reduction,
             unit_mm: None,
         };
         loss.apply(
@@ -26,10 +25,9 @@ fn only_what_the_sensor_measured_counts() {
         )
         .into_scalar()
     };
-    // 1 + 0.25; only the first two pixels are neighbours that both count: |2 - 1|^2 * 0.5.
-    assert_eq!(loss(0.0, Reduction::Sum), 1.25);
-    assert_eq!(loss(0.5, Reduction::Sum), 1.75);
-    assert!((loss(0.5, Reduction::Mean) - 1.75 / 3.0).abs() < 1e-6);
+    // 1 + 0.25; only the first two pixels are neighbours that both count: |2 - 1|^2 * 0.5. Three pixels count.
+    assert!((loss(0.0) - 1.25 / 3.0).abs() < 1e-6);
+    assert!((loss(0.5) - 1.75 / 3.0).abs() < 1e-6);
 }
 
 #[test]
@@ -38,7 +36,6 @@ fn outside_the_depth_is_to_be_minus_one_and_depths_are_in_the_losss_unit() {
     let row = |values: [f32; 4]| Tensor::<1>::from_floats(values, &device).reshape([1, 1, 1, 4]);
     let loss = DepthLoss {
         total_variation: 0.0,
-        reduction: Reduction::Mean,
         // A tenth of the range: an error of 0.1 is one.
         unit_mm: Some(105.0),
     };

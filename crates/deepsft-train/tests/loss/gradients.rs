@@ -2,8 +2,8 @@
 
 use crate::data::BatchTensors;
 use crate::loss::{
-    DepthLoss, Light, LossWeights, PhotoConsistencyLoss, Reduction, Residual, TexturePyramid, squared_total_variation,
-    step_one_loss, supervised_maps_loss,
+    DepthLoss, Light, PhotoConsistencyLoss, Residual, TexturePyramid, squared_total_variation, step_one_loss,
+    supervised_maps_loss,
 };
 use burn::tensor::{DType, Device, Tensor, TensorData};
 use deepsft::DepthRange;
@@ -98,21 +98,18 @@ fn the_gradient_of_total_variation_agrees_with_central_differences() {
 
 #[test]
 fn the_gradient_of_the_loss_of_step_two_agrees_with_central_differences() {
-    for reduction in [Reduction::Sum, Reduction::Mean] {
-        let loss = DepthLoss {
-            total_variation: 0.01,
-            reduction,
-            unit_mm: Some(500.0),
-        };
-        let measured = values(count(MAP), 1.0, 24);
-        let largest = check(&values(count(MAP), 1.0, 23), MAP, 1, TOLERANCE, |depth, device| {
-            let counts = tensor(&mask(MAP, 25), MAP, device);
-            let outside = tensor(&mask(MAP, 26), MAP, device);
-            let measured = tensor(&measured, MAP, device);
-            loss.apply(depth, measured, counts, Some(outside), DepthRange::default())
-        });
-        assert!(largest > 0.01, "{largest}");
-    }
+    let loss = DepthLoss {
+        total_variation: 0.01,
+        unit_mm: Some(500.0),
+    };
+    let measured = values(count(MAP), 1.0, 24);
+    let largest = check(&values(count(MAP), 1.0, 23), MAP, 1, TOLERANCE, |depth, device| {
+        let counts = tensor(&mask(MAP, 25), MAP, device);
+        let outside = tensor(&mask(MAP, 26), MAP, device);
+        let measured = tensor(&measured, MAP, device);
+        loss.apply(depth, measured, counts, Some(outside), DepthRange::default())
+    });
+    assert!(largest > 0.01, "{largest}");
 }
 
 const REGISTRATION: [usize; 4] = [2, 2, 6, 8];
@@ -182,7 +179,6 @@ fn the_gradient_of_the_loss_of_step_three_agrees_with_central_differences() {
             half_size,
             total_variation: 0.01,
             light: Light::Ignored,
-            reduction: Reduction::Mean,
         };
         // Values of the loss are about 100, gradients per unit of u some 10: rounding is 1e-9 here, the third
         // derivative of chi of the squared difference is steep.
@@ -277,7 +273,6 @@ fn the_gradient_of_the_loss_of_step_three_holds_the_fitted_light() {
         half_size: 0.5,
         total_variation: 0.0,
         light: Light::Fitted,
-        reduction: Reduction::Mean,
     };
     let images: Vec<f64> = seen.iter().map(|level| level / 255.0).collect();
     let value = |registration: Tensor<4>, device: &Device| {
@@ -359,12 +354,12 @@ fn the_gradient_of_every_term_of_the_loss_agrees_with_central_differences() {
         .iter()
         .map(|(v, s)| tensor(v, *s, &tracked).require_grad())
         .collect();
-    let loss = step_one_loss(output(&leaves), &batch(&tracked), &LossWeights::default());
+    let loss = step_one_loss(output(&leaves), &batch(&tracked));
     let gradients = loss.backward();
 
     let value = |parts: &[(Vec<f64>, [usize; 4])]| {
         let tensors: Vec<Tensor<4>> = parts.iter().map(|(v, s)| tensor(v, *s, &device)).collect();
-        step_one_loss(output(&tensors), &batch(&device), &LossWeights::default()).into_scalar::<f64>()
+        step_one_loss(output(&tensors), &batch(&device)).into_scalar::<f64>()
     };
     let mut largest = 0.0_f64;
     for (part, leaf) in leaves.iter().enumerate() {

@@ -1,11 +1,12 @@
 //! The loss of step 3 by hand.
 
-use crate::loss::{Light, PhotoConsistencyLoss, Reduction, Residual, TexturePyramid};
+use crate::loss::{Light, PhotoConsistencyLoss, Residual, TexturePyramid};
 use burn::tensor::Device;
 use burn::tensor::Tensor;
 use deepsft_geometry::Picture;
 
-/// A texture of two grey texels, 100 and 120, each seen in two of four columns, in two rows.
+/// The loss summed over the seven pixels inside: of a texture of two grey texels, 100 and 120, each seen in two of four
+/// columns, in two rows.
 fn loss(images: [f32; 8], config: PhotoConsistencyLoss) -> f64 {
     let device = Device::flex();
     let texture = TexturePyramid::new(&Picture::from_fn(2, 1, |x, _| [100 + 20 * x as u8; 3]), &device);
@@ -16,7 +17,7 @@ fn loss(images: [f32; 8], config: PhotoConsistencyLoss) -> f64 {
     let images = Tensor::<1>::from_floats([one, one, one].concat().as_slice(), &device).reshape([1, 3, 2, 4]);
     // The last pixel is outside.
     let inside = Tensor::<1>::from_floats([1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0], &device).reshape([1, 1, 2, 4]);
-    f64::from(
+    7.0 * f64::from(
         config
             .apply(registration, &images, &inside, &texture, &[0])
             .into_scalar::<f32>(),
@@ -29,7 +30,6 @@ const PRINTED: PhotoConsistencyLoss = PhotoConsistencyLoss {
     half_size: 0.5,
     total_variation: 0.0,
     light: Light::Ignored,
-    reduction: Reduction::Sum,
 };
 
 const SAME: [f32; 8] = [100.0, 100.0, 120.0, 120.0, 100.0, 100.0, 120.0, 0.0];
@@ -46,11 +46,10 @@ fn both_scales_count_with_the_cauchy_estimator_of_the_squared_difference() {
     let plain = PhotoConsistencyLoss {
         residual: Residual::Plain,
         half_size: 0.0,
-        reduction: Reduction::Mean,
         ..PRINTED
     };
-    // x = 2: chi = 8 ln(1 + 1/4), over seven pixels.
-    let expected = 3.0 * 8.0 * 1.25_f64.ln() / 7.0;
+    // x = 2: chi = 8 ln(1 + 1/4).
+    let expected = 3.0 * 8.0 * 1.25_f64.ln();
     assert!((loss(off, plain) / expected - 1.0).abs() < 1e-4);
 }
 

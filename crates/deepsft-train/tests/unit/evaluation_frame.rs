@@ -47,6 +47,9 @@ fn models_are_compared_over_the_same_measured_pixels_and_a_failure_counts() {
     assert_eq!(errors(&frame, &right).depth_rmse_mm, Some(0.0));
     let expected = ((40.0_f64.powi(2) + 100.0_f64.powi(2)) / 2.0).sqrt();
     assert!((errors(&frame, &wrong).depth_rmse_mm.unwrap() - expected).abs() < 1e-9);
+    // A wall begins in column 50: columns 49 and 50 are its edge, two more on each side are near it.
+    let wall = recorded(|pixel| if pixel % 480 < 50 { 400.0 } else { 900.0 }, Some(right.mask()));
+    assert_eq!(wall.truth.reference(&right).area(), (100 - 2 - 2 - 6) * 96);
 }
 
 #[test]
