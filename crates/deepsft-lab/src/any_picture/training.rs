@@ -26,11 +26,6 @@ const PAIRS: usize = 2;
 const KEPT: usize = 160;
 const STEPS_PER_PRINT: u64 = 4;
 
-/// Learning rate at its highest, steps that lead up to it, and the fraction of it that is left in the end.
-const RATE: f64 = 2e-3;
-const WARM_UP: f64 = 100.0;
-const MIN_RATE: f64 = 0.02;
-
 /// Held-out prints, and pairs of each that are measured.
 const HELD_OUT_PRINTS: u64 = 12;
 
@@ -138,9 +133,7 @@ impl Training {
         let (loss, _) = self.matcher.loss(&batch);
         let value = f64::from(loss.clone().into_scalar::<f32>());
         ensure!(value.is_finite(), "the training diverged after {} pairs", self.pairs());
-        let warm_up = ((steps + 1) as f64 / WARM_UP).min(1.0);
-        let cosine = 0.5 * (1.0 + (std::f64::consts::PI * progress).cos());
-        let rate = RATE * warm_up * (MIN_RATE + (1.0 - MIN_RATE) * cosine);
+        let rate = schedule().learning_rate(steps, progress);
         let gradients = GradientsParams::from_grads(loss.backward(), &self.matcher);
         self.matcher = self.optimizer.step(rate, self.matcher.clone(), gradients);
         self.state.steps += 1;
@@ -252,6 +245,11 @@ impl Training {
         };
         Ok(())
     }
+}
+
+/// Warm-up and cosine of ours, from 2e-3 to a fiftieth of it.
+fn schedule() -> Schedule {
+    Schedule::default()
 }
 
 fn optimizer() -> ModuleOptimizer {

@@ -83,7 +83,7 @@ pub fn measure(bundle: &ModelBundle) -> Result<MeshTimes> {
             track.push(ms);
         }
     }
-    let times = |times: Vec<f64>| Times::of(times).context("nothing was measured");
+    let times = |times: Vec<f64>| Times::of(&times).context("nothing was measured");
     Ok(MeshTimes {
         frames: CLIP_FRAMES,
         fit: times(fit)?,

@@ -130,20 +130,14 @@ impl<'a> Player<'a> {
     }
 
     fn report(self, runs: u32) -> Option<Inference> {
-        let stage = |of: fn(&Stages) -> f64| Times::of(self.stages.iter().map(of).collect());
-        let network_alone = Times::of(self.network_alone)?;
-        let rival = match self.rival {
-            Some((name, _)) => {
-                let times = Times::of(self.rival_alone)?;
-                let ratio = network_alone.median_ms / times.median_ms;
-                Some(RivalReport {
-                    name: name.to_owned(),
-                    network_alone: times,
-                    ratio,
-                })
-            }
-            None => None,
-        };
+        let stage = |of: fn(&Stages) -> f64| Times::of(&self.stages.iter().map(of).collect::<Vec<_>>());
+        let network_alone = Times::of(&self.network_alone)?;
+        let rival = self.rival.as_ref().zip(Times::of(&self.rival_alone));
+        let rival = rival.map(|((name, _), times)| RivalReport {
+            name: (*name).to_owned(),
+            ratio: network_alone.median_ms / times.median_ms,
+            network_alone: times,
+        });
         Some(Inference {
             threads: self.threads,
             runs,

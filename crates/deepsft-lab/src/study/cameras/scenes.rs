@@ -8,6 +8,7 @@ use deepsft_geometry::{Camera, CanonicalWarp, Picture, Template, training_camera
 use deepsft_synth::random::{Stream, generator};
 use deepsft_synth::{EffectsConfig, PoseConfig, SynthConfig, Synthesizer, encode_jpeg};
 use rand::{Rng, RngExt};
+use std::fmt;
 
 /// A phone's wide-angle camera, its lens left as it is: 92 degrees across in video of 1920 x 1080 pixels, drawn together by a sixth at the
 /// sides. Focal length and coefficients (OpenCV's) are our choice.
@@ -43,6 +44,17 @@ pub fn cameras() -> Result<Vec<NamedCamera>> {
     across.push(("wide-phone", phone));
     let held = |is_upright| (across.iter()).map(move |(name, camera)| NamedCamera::held(name, *camera, is_upright));
     Ok(held(false).chain(held(true)).collect())
+}
+
+impl fmt::Display for NamedCamera {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{}, {}",
+            self.name,
+            if self.is_upright { "upright" } else { "across" }
+        )
+    }
 }
 
 impl NamedCamera {

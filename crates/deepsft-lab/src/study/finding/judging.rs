@@ -2,7 +2,7 @@
 
 use super::finders::Way;
 use super::prints::{Kind, Print};
-use crate::measuring::Stopwatch;
+use crate::measuring::{Stopwatch, median};
 use anyhow::Result;
 use deepsft::{Finder, View};
 use deepsft_geometry::fitting::{FitOptions, FrameFitter, Start};
@@ -198,10 +198,4 @@ fn error_px(maps: &Maps, truth: &Maps, print: &Print, camera: &Camera) -> Option
     };
     let pixels = (0..truth.depth().len()).filter(|&pixel| truth.inside(pixel));
     median(pixels.map(error)).filter(|error| error.is_finite())
-}
-
-pub fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
-    let mut values: Vec<f64> = values.collect();
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied()
 }

@@ -1,7 +1,8 @@
 //! The tables of the study.
 
-use super::judging::{Attempt, FITTED_PX, FrameResult, START_PX, median};
+use super::judging::{Attempt, FITTED_PX, FrameResult, START_PX};
 use super::prints::Kind;
+use crate::measuring::median;
 
 /// The row of the best attempts, when there are several finders.
 const BEST: &str = "best of them";
