@@ -12,6 +12,7 @@ use burn::tensor::{Bytes, Device};
 use deepsft::weights_to_burnpack;
 use deepsft_formats::{FolderKind, write_folder};
 use deepsft_synth::random::{Stream, generator};
+use deepsft_train::Schedule;
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
 use std::fmt::Write as _;
@@ -133,7 +134,8 @@ impl Training {
         let (loss, _) = self.matcher.loss(&batch);
         let value = f64::from(loss.clone().into_scalar::<f32>());
         ensure!(value.is_finite(), "the training diverged after {} pairs", self.pairs());
-        let rate = schedule().learning_rate(steps, progress);
+        // Warm-up, and a cosine from 2e-3 to a fiftieth of it.
+        let rate = Schedule::default().learning_rate(steps, progress);
         let gradients = GradientsParams::from_grads(loss.backward(), &self.matcher);
         self.matcher = self.optimizer.step(rate, self.matcher.clone(), gradients);
         self.state.steps += 1;
@@ -245,11 +247,6 @@ impl Training {
         };
         Ok(())
     }
-}
-
-/// Warm-up and cosine of ours, from 2e-3 to a fiftieth of it.
-fn schedule() -> Schedule {
-    Schedule::default()
 }
 
 fn optimizer() -> ModuleOptimizer {

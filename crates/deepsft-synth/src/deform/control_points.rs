@@ -140,7 +140,6 @@ impl ControlPointDeformation {
         }
         (self.mesh.vertices().to_vec(), 0.0)
     }
-    }
 
     /// The mesh whose welded vertices are pulled to `points`.
     fn completed(&self, points: &[(usize, DVec3)]) -> Option<Vec<DVec3>> {

@@ -60,11 +60,7 @@ struct StandIn {
 impl<'a> Scene<'a> {
     /// Draws a scene for the template, in the place and with the print of `other` if any is given:
     /// light, paper and camera settings.
-    pub(crate) fn with_template(
-        ingredients: &'a Ingredients,
-        other: Option<&Scene<'_>>,
-        rng: &mut Pcg64Mcg,
-    ) -> Self {
+    pub(crate) fn with_template(ingredients: &'a Ingredients, other: Option<&Scene<'_>>, rng: &mut Pcg64Mcg) -> Self {
         let mut scene = Self::empty(ingredients, rng);
         if let Some(other) = other {
             scene.light = other.light.clone();

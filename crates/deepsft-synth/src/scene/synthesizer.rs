@@ -125,7 +125,7 @@ impl Synthesizer {
             return (scene.compose_without_template(noise_seed), None);
         }
         let scene = self.scene(seed, index);
-        let mut best = None;
+        let mut best: Option<(usize, Vec<DVec3>, Option<f64>, ProjectedMesh)> = None;
         for _ in 0..VIEW_TRIES {
             let (vertices_camera, strength) = self.ingredients.sample_shape(&mut rng);
             let sheet = ProjectedMesh::new(self.template().mesh(), &vertices_camera, &self.config().camera);

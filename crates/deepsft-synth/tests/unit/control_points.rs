@@ -25,8 +25,5 @@ fn a_shape_says_whether_it_was_weakened_or_given_up() {
     assert!((0.0..1.0).contains(&weaker.1) && weaker.1 >= WEAKEST);
     assert_ne!(weaker.0, tube.vertices());
     let given_up = shape(0.0);
-    assert_eq!(
-        (given_up.1, given_up.0.as_slice()),
-        (0.0, tube.vertices())
-    );
+    assert_eq!((given_up.1, given_up.0.as_slice()), (0.0, tube.vertices()));
 }

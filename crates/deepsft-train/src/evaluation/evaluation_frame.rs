@@ -130,7 +130,7 @@ impl FrameTruth {
             Self::Exact { maps, .. } => Cow::Borrowed(maps),
             Self::Measured { depth_mm, mask } => {
                 let object = mask.clone().unwrap_or_else(|| answer.mask());
-                Cow::Owned(measured_maps(&object, depth_mm, (answer.width(), answer.height())))
+                Cow::Owned(measured_maps(&object, depth_mm, answer.size()))
             }
         }
     }

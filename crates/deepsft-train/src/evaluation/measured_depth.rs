@@ -1,6 +1,6 @@
 //! Which pixels of a measured depth map are compared with an estimate.
 
-use deepsft_geometry::Maps;
+use deepsft_geometry::{ImageSize, Maps};
 
 /// Pixels by which a mask is taken in before depth is compared: where the sensor's edges fly and cameras differ.
 const MARGIN: usize = 2;
@@ -54,9 +54,9 @@ fn comparable_depth(object: &[bool], depth_mm: &[f32], width: usize) -> Vec<bool
 
 /// The measured depth as maps, inside where networks are measured against it, with a registration that means nothing: see
 /// [`comparable_depth`].
-pub(crate) fn measured_maps(object: &[bool], depth_mm: &[f32], (width, height): (usize, usize)) -> Maps {
-    let mut maps = Maps::empty(width, height);
-    let compared = comparable_depth(object, depth_mm, width);
+pub(crate) fn measured_maps(object: &[bool], depth_mm: &[f32], size: ImageSize) -> Maps {
+    let mut maps = Maps::empty(size.width, size.height);
+    let compared = comparable_depth(object, depth_mm, size.width);
     for pixel in (0..compared.len()).filter(|&pixel| compared[pixel]) {
         maps.set(pixel, depth_mm[pixel], [0.5; 2]);
     }

@@ -36,7 +36,7 @@ pub struct RecordingMetrics<T = MeanMedian> {
 }
 
 /// Mean and median over frames.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MeanMedian {
     /// The mean.
     pub mean: f64,

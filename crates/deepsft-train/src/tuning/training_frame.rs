@@ -98,7 +98,7 @@ impl TrainingFrame {
     /// Returns the measured depth as maps with no registration, inside where it is compared with that of networks. That is in
     /// `region`, two pixels away from its edge and from jumps of the measured depth.
     pub fn measured(&self, region: &[bool]) -> Maps {
-        measured_maps(region, &self.depth_mm, (self.image.width(), self.image.height()))
+        measured_maps(region, &self.depth_mm, self.image.size())
     }
 
     /// Where the object surely is not: two pixels and more from where it is.
