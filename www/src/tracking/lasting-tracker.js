@@ -4,7 +4,7 @@ import { CANONICAL_FOCAL } from "../camera/canonical.js";
 
 /** @import { AnswerEffect, AnswerRequest, FollowRequest, NextFrame, RawTracked, TrackerStartRequest, TrackerWorker } from "./tracker-worker.js" */
 
-/** So many workers in a row may die without having followed a frame. */
+/** So many workers in a row may die without having heard an answer of the finders and followed a frame after it. */
 const MAX_DEATHS = 2;
 
 /** A tracker that outlives the death of its worker, with its targets. They are lost then, until the finders see them again. */
@@ -18,6 +18,8 @@ export class LastingTracker {
   #found = new Set();
   /** Who knows of the questions that the finders have not answered yet. @type {(TrackerWorker | undefined)[]} */
   #asked = [];
+  /** Who has heard an answer. @type {TrackerWorker | null} */
+  #hearing = null;
   #closed = false;
 
   /** @param {() => TrackerWorker} create */
@@ -51,7 +53,8 @@ export class LastingTracker {
   async follow(request) {
     if (request.question) this.#asked.push(this.#worker);
     const followed = await this.#run((worker) => worker.follow(request));
-    if (followed) this.#deaths = 0;
+    // Nothing is followed before the first answer: it is then that a worker has most to do.
+    if (followed && this.#hearing === this.#worker) this.#deaths = 0;
     const tracked = followed ?? this.#lost(request);
     for (const target of tracked.targets) {
       // Another worker does not know what was told before.
@@ -66,8 +69,9 @@ export class LastingTracker {
    * @returns {Promise<{ effects: AnswerEffect[], next: NextFrame | null, answerMs: number }>}
    */
   async answer(request) {
-    const knows = this.#asked.shift() === this.#worker;
-    const heard = knows ? await this.#run((worker) => worker.answer(request)) : null;
+    const worker = this.#worker;
+    const heard = this.#asked.shift() === worker ? await this.#run((worker) => worker.answer(request)) : null;
+    if (heard) this.#hearing = worker;
     return heard ?? { effects: [], next: null, answerMs: 0 };
   }
 

@@ -164,8 +164,8 @@ export class MeshTracking {
         const mesh = one.found ? new SurfaceMesh(one, target.mesh, "tracking") : null;
         return [{ change: one.change, tracked: new TrackedTarget({ ...one, target, mesh }) }];
       });
-      // Where frames wait already, the worker follows the next while the page draws this one.
-      next = this.#frames.waiting ? await this.#begin(video) : null;
+      // Where a frame waits already, the worker follows it while the page draws this one.
+      next = this.#frames.waiting ? await this.#begin(video, true) : null;
       if (this.#stopped) return frame.close();
       const tracked = new TrackedFrame({
         number,
@@ -208,13 +208,15 @@ export class MeshTracking {
   }
 
   /**
-   * Waits for a frame and has the tracker follow it.
+   * Waits for a frame that is worth it, and has the tracker follow it.
    *
    * @param {HTMLVideoElement} video
-   * @returns {Promise<Following | null>} null once stopped
+   * @param {boolean} [waitsNot] whether only the frame that waits is tried: the one before it must not be held back for another,
+   *   which may never come
+   * @returns {Promise<Following | null>} null once stopped, and where that frame is not worth it
    */
-  async #begin(video) {
-    for (;;) {
+  async #begin(video, waitsNot = false) {
+    for (let tries = 0; tries === 0 || !waitsNot; tries++) {
       const shownAt = await this.#frames.next();
       if (shownAt === null) return null;
       const began = performance.now();
@@ -260,6 +262,7 @@ export class MeshTracking {
       if (question && copies) void this.#ask(number, { ids: question.ids, frame: copies[0], canonical: copies[1], camera, focal });
       return { number, frame, camera, size: { width, height }, began, grabMs, answer };
     }
+    return null;
   }
 
   /**
