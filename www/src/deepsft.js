@@ -4,10 +4,7 @@ import { fetchBundle } from "./engine/bundle.js";
 import { compileEngine } from "./engine/engine-worker.js";
 import { LastingEngine, closedError } from "./engine/lasting-engine.js";
 import { requireBrowser } from "./engine/requirements.js";
-import { Estimate } from "./results/estimate.js";
-import { canonicalIntrinsics } from "./frames/canonical-frame.js";
-import { closeFrame, transferableFrame } from "./frames/image-input.js";
-import { cameraForFrame, centredCamera, intrinsicsOf } from "./camera/intrinsics.js";
+import { FrameRequests } from "./frame-requests.js";
 import { Scan, scanFiles } from "./targets/scan.js";
 import { Target, unknownTarget } from "./targets/target.js";
 import { isSamePicture, pictureSource, templateSource, unusable } from "./targets/target-source.js";
@@ -16,12 +13,13 @@ import { LastingTracker } from "./tracking/lasting-tracker.js";
 import { TrackerWorker } from "./tracking/tracker-worker.js";
 import { Tracking } from "./tracking/tracking.js";
 
+/** @import { EstimateOptions } from "./frame-requests.js" */
+/** @import { Estimate } from "./results/estimate.js" */
 /** @import { FoundFocal } from "./tracking/mesh-tracking.js" */
 /** @import { LoadProgress } from "./engine/bundle.js" */
-/** @import { EngineWorker, MeshRequest, RawAnswer, RawEstimate } from "./engine/engine-worker.js" */
 /** @import { StartPlan } from "./engine/lasting-engine.js" */
 /** @import { ImageInput } from "./frames/image-input.js" */
-/** @import { CameraOption, SourcedCamera } from "./camera/intrinsics.js" */
+/** @import { CameraOption } from "./camera/intrinsics.js" */
 /** @import { ScanInput } from "./targets/scan.js" */
 /** @import { TargetKind } from "./targets/target.js" */
 /** @import { TargetSource, TemplateInput } from "./targets/target-source.js" */
@@ -48,16 +46,6 @@ import { Tracking } from "./tracking/tracking.js";
  * @property {number} widthMm width of the print, without the paper's margins; 5 to 20,000
  * @property {number} [heightMm] its height; by the picture's sides when absent
  * @property {string} [name] for people; the file's own for a File
- */
-
-/**
- * @typedef {object} EstimateOptions
- * @property {Target} [target] what to look for; when absent the model's own target, else the only one there is
- * @property {CameraOption} [camera] when absent what a photograph's EXIF data tell, if the image is a Blob or File with some; else
- *   estimated
- * @property {boolean} [fit] fits the target's mesh to the image, starting from the network's maps,
- *   and gives the maps of that mesh; where it explains the image no better the network's own stay. Default false. What is found
- *   by its features is fitted in any case.
  */
 
 /**
@@ -93,14 +81,10 @@ export class DeepSft {
   /** @type {StartPlan} */
   #plan;
   #engine;
+  #requests;
   /** By number, with what they were made of. @type {Map<number, { target: Target, source: TargetSource }>} */
   #targets = new Map();
   #lastTarget = MODEL_TARGET;
-  /** @type {Promise<unknown>} settles when the requests so far are done */
-  #inFlight = Promise.resolve();
-  #requests = 0;
-  /** Number of the newest call for a video. */
-  #newestCall = 0;
   /** @type {Set<Tracking | MeshTracking>} */
   #trackings = new Set();
 
@@ -113,6 +97,7 @@ export class DeepSft {
   constructor(plan, engine) {
     this.#plan = plan;
     this.#engine = engine;
+    this.#requests = new FrameRequests(engine, (target) => this.#chosen(target));
     const { files } = plan.request;
     if (!engine.model || !files) return;
     const target = new Target(MODEL_TARGET, engine.info.modelName ?? "", "model", engine.model);
@@ -303,8 +288,7 @@ export class DeepSft {
    * @throws {DeepSftError} `target-unknown`, `image-unreadable`, `image-cross-origin`, `camera-intrinsics`, `gpu-lost`, `closed`
    */
   estimate(image, options = {}) {
-    const began = performance.now();
-    return this.#inTurn(() => this.#run(image, options, began));
+    return this.#requests.estimate(image, options);
   }
 
   /**
@@ -317,13 +301,8 @@ export class DeepSft {
    * @returns {Promise<Estimate | null>} null when a newer call took its place
    * @throws {DeepSftError} as {@link DeepSft.estimate}
    */
-  async estimateForVideo(video, options = {}) {
-    const call = ++this.#newestCall;
-    while (this.#requests > 0) {
-      await this.#inFlight;
-      if (call !== this.#newestCall) return null;
-    }
-    return this.estimate(video, options);
+  estimateForVideo(video, options = {}) {
+    return this.#requests.estimateNewest(video, options);
   }
 
   /**
@@ -364,7 +343,7 @@ export class DeepSft {
       targets: sources,
       smooth: smooth === true ? {} : smooth ? checkedSmoothing(smooth) : null,
     };
-    const find = (/** @type {Question} */ question) => this.#inTurn(() => this.#find(question, callbacks.onEstimate !== undefined));
+    const find = (/** @type {Question} */ question) => this.#requests.find(question, callbacks.onEstimate !== undefined);
     const tracker = new LastingTracker(() => new TrackerWorker(workerUrl, timeoutMs));
     return this.#running(new MeshTracking(video, { ...callbacks, onTracked, targets, tracker, start, find, camera, software }));
   }
@@ -389,106 +368,6 @@ export class DeepSft {
     this.#engine.close();
   }
 
-  /**
-   * Runs requests one after the other.
-   *
-   * @template T
-   * @param {() => Promise<T>} request
-   * @returns {Promise<T>}
-   */
-  #inTurn(request) {
-    this.#requests++;
-    const turn = this.#inFlight.then(request).finally(() => this.#requests--);
-    this.#inFlight = turn.catch(() => undefined);
-    return turn;
-  }
-
-  /**
-   * @param {ImageInput} image
-   * @param {EstimateOptions} options
-   * @param {number} began
-   * @returns {Promise<Estimate>}
-   */
-  async #run(image, { target: wanted, camera: cameraOption, fit = false }, began) {
-    if (this.#engine.closed) throw closedError();
-    const target = this.#chosen(wanted);
-    const { raw, camera, grabMs } = await this.#engine.run(async (worker) => {
-      const grabbing = performance.now();
-      const grabbed = await transferableFrame(image);
-      const grabMs = performance.now() - grabbing;
-      const { frame } = grabbed;
-      try {
-        const camera = cameraForFrame(cameraOption ?? (await exifCamera(worker, image, grabbed)), grabbed);
-        const request = { id: target.id, frame, intrinsics: intrinsicsOf(camera), fit };
-        return { raw: await worker.estimate(request), camera, grabMs };
-      } catch (error) {
-        closeFrame(frame);
-        throw error;
-      }
-    });
-    return this.#estimateOf(raw, { target, camera, grabMs, began });
-  }
-
-  /**
-   * Has the finders look for targets in a frame.
-   *
-   * @param {Question} question
-   * @param {boolean} estimated whether the network's answer is wanted as an estimate too
-   * @returns {Promise<{ answers: RawAnswer[], estimate: Estimate | null }>}
-   */
-  async #find({ ids, frame, canonical, camera, focal }, estimated) {
-    const began = performance.now();
-    const intrinsics = canonical ? canonicalIntrinsics(camera, focal) : intrinsicsOf(camera);
-    let isKept = false;
-    try {
-      const { answers, estimate: raw } = await this.#engine.run(async (worker) => {
-        const copy = await createImageBitmap(canonical ?? frame);
-        try {
-          return await worker.find({ ids, estimated, frame: copy, intrinsics, focal });
-        } catch (error) {
-          copy.close();
-          throw error;
-        }
-      });
-      if (!raw) return { answers, estimate: null };
-      const of = { target: this.#chosen(undefined), camera, grabMs: 0, began };
-      isKept = true;
-      return { answers, estimate: this.#estimateOf({ ...raw, bitmap: frame }, of) };
-    } finally {
-      canonical?.close();
-      if (!isKept) frame.close();
-    }
-  }
-
-  /**
-   * @param {RawEstimate} raw
-   * @param {{ target: Target, camera: SourcedCamera, grabMs: number, began: number }} of
-   * @returns {Estimate}
-   */
-  #estimateOf(raw, { target, camera, grabMs, began }) {
-    const times = {
-      captureMs: grabMs + raw.readMs,
-      ...raw.times,
-      fitMs: raw.fitted?.solveMs ?? 0,
-      totalMs: performance.now() - began,
-    };
-    const makeMesh = (/** @type {MeshRequest} */ maps) => this.#engine.run((worker) => worker.mesh(maps));
-    return new Estimate(raw, camera, times, target, makeMesh);
-  }
-}
-
-/**
- * The camera that the file of a photograph tells of, for the picture as browsers show it, turned upright.
- *
- * @param {EngineWorker} worker
- * @param {ImageInput} image
- * @param {{ width: number, height: number }} size of the image, pixels
- * @returns {Promise<SourcedCamera | undefined>}
- */
-async function exifCamera(worker, image, { width, height }) {
-  if (!(image instanceof Blob)) return undefined;
-  const focal = await worker.exifFocal({ file: image, width, height });
-  return focal === undefined ? undefined : centredCamera(width, height, focal, "exif");
 }
 
 /**

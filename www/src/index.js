@@ -31,7 +31,7 @@ export { Tracking } from "./tracking/tracking.js";
 /** @typedef {import("./camera/camera-stream.js").ListedCamera} ListedCamera */
 /** @typedef {import("./camera/request.js").Facing} Facing */
 /** @typedef {import("./camera/request.js").OpenCameraOptions} OpenCameraOptions */
-/** @typedef {import("./deepsft.js").EstimateOptions} EstimateOptions */
+/** @typedef {import("./frame-requests.js").EstimateOptions} EstimateOptions */
 /** @typedef {import("./deepsft.js").LoadOptions} LoadOptions */
 /** @typedef {import("./deepsft.js").PictureOptions} PictureOptions */
 /** @typedef {import("./deepsft.js").TrackMeshOptions} TrackMeshOptions */

@@ -1,0 +1,180 @@
+// Frames that the engine works on, one after the other.
+
+import { cameraForFrame, centredCamera, intrinsicsOf } from "./camera/intrinsics.js";
+import { closedError } from "./engine/lasting-engine.js";
+import { canonicalIntrinsics } from "./frames/canonical-frame.js";
+import { closeFrame, transferableFrame } from "./frames/image-input.js";
+import { Estimate } from "./results/estimate.js";
+
+/** @import { CameraOption, SourcedCamera } from "./camera/intrinsics.js" */
+/** @import { EngineWorker, MeshRequest, RawAnswer, RawEstimate } from "./engine/engine-worker.js" */
+/** @import { LastingEngine } from "./engine/lasting-engine.js" */
+/** @import { ImageInput } from "./frames/image-input.js" */
+/** @import { Target } from "./targets/target.js" */
+/** @import { Question } from "./tracking/mesh-tracking.js" */
+
+/**
+ * @typedef {object} EstimateOptions
+ * @property {Target} [target] what to look for; when absent the model's own target, else the only one there is
+ * @property {CameraOption} [camera] when absent what a photograph's EXIF data tell, if the image is a Blob or File with some; else
+ *   estimated
+ * @property {boolean} [fit] fits the target's mesh to the image, starting from the network's maps,
+ *   and gives the maps of that mesh; where it explains the image no better the network's own stay. Default false. What is found
+ *   by its features is fitted in any case.
+ */
+
+/** Has the engine look at frames, one at a time. */
+export class FrameRequests {
+  #engine;
+  #chosen;
+  /** @type {Promise<unknown>} settles when the requests so far are done */
+  #inFlight = Promise.resolve();
+  #waiting = 0;
+  /** Number of the newest call for a video. */
+  #newestCall = 0;
+
+  /**
+   * @param {LastingEngine} engine
+   * @param {(target: Target | undefined) => Target} chosen gives the target that is meant, or throws
+   */
+  constructor(engine, chosen) {
+    this.#engine = engine;
+    this.#chosen = chosen;
+  }
+
+  /**
+   * @param {ImageInput} image
+   * @param {EstimateOptions} options
+   * @returns {Promise<Estimate>}
+   */
+  estimate(image, options) {
+    const began = performance.now();
+    return this.#inTurn(() => this.#run(image, options, began));
+  }
+
+  /**
+   * The estimate of what a video shows when the frame under way is done.
+   *
+   * @param {ImageInput} video
+   * @param {EstimateOptions} options
+   * @returns {Promise<Estimate | null>} null when a newer call took its place
+   */
+  async estimateNewest(video, options) {
+    const call = ++this.#newestCall;
+    while (this.#waiting > 0) {
+      await this.#inFlight;
+      if (call !== this.#newestCall) return null;
+    }
+    return this.estimate(video, options);
+  }
+
+  /**
+   * Has the finders look for targets in a frame.
+   *
+   * @param {Question} question
+   * @param {boolean} estimated whether the network's answer is wanted as an estimate too
+   * @returns {Promise<{ answers: RawAnswer[], estimate: Estimate | null }>}
+   */
+  find(question, estimated) {
+    return this.#inTurn(() => this.#find(question, estimated));
+  }
+
+  /**
+   * Runs requests one after the other.
+   *
+   * @template T
+   * @param {() => Promise<T>} request
+   * @returns {Promise<T>}
+   */
+  #inTurn(request) {
+    this.#waiting++;
+    const turn = this.#inFlight.then(request).finally(() => this.#waiting--);
+    this.#inFlight = turn.catch(() => undefined);
+    return turn;
+  }
+
+  /**
+   * @param {ImageInput} image
+   * @param {EstimateOptions} options
+   * @param {number} began
+   * @returns {Promise<Estimate>}
+   */
+  async #run(image, { target: wanted, camera: cameraOption, fit = false }, began) {
+    if (this.#engine.closed) throw closedError();
+    const target = this.#chosen(wanted);
+    const { raw, camera, grabMs } = await this.#engine.run(async (worker) => {
+      const grabbing = performance.now();
+      const grabbed = await transferableFrame(image);
+      const grabMs = performance.now() - grabbing;
+      const { frame } = grabbed;
+      try {
+        const camera = cameraForFrame(cameraOption ?? (await exifCamera(worker, image, grabbed)), grabbed);
+        const request = { id: target.id, frame, intrinsics: intrinsicsOf(camera), fit };
+        return { raw: await worker.estimate(request), camera, grabMs };
+      } catch (error) {
+        closeFrame(frame);
+        throw error;
+      }
+    });
+    return this.#estimateOf(raw, { target, camera, grabMs, began });
+  }
+
+  /**
+   * @param {Question} question
+   * @param {boolean} estimated whether the network's answer is wanted as an estimate too
+   * @returns {Promise<{ answers: RawAnswer[], estimate: Estimate | null }>}
+   */
+  async #find({ ids, frame, canonical, camera, focal }, estimated) {
+    const began = performance.now();
+    const intrinsics = canonical ? canonicalIntrinsics(camera, focal) : intrinsicsOf(camera);
+    let isKept = false;
+    try {
+      const { answers, estimate: raw } = await this.#engine.run(async (worker) => {
+        const copy = await createImageBitmap(canonical ?? frame);
+        try {
+          return await worker.find({ ids, estimated, frame: copy, intrinsics, focal });
+        } catch (error) {
+          copy.close();
+          throw error;
+        }
+      });
+      if (!raw) return { answers, estimate: null };
+      const of = { target: this.#chosen(undefined), camera, grabMs: 0, began };
+      isKept = true;
+      return { answers, estimate: this.#estimateOf({ ...raw, bitmap: frame }, of) };
+    } finally {
+      canonical?.close();
+      if (!isKept) frame.close();
+    }
+  }
+
+  /**
+   * @param {RawEstimate} raw
+   * @param {{ target: Target, camera: SourcedCamera, grabMs: number, began: number }} of
+   * @returns {Estimate}
+   */
+  #estimateOf(raw, { target, camera, grabMs, began }) {
+    const times = {
+      captureMs: grabMs + raw.readMs,
+      ...raw.times,
+      fitMs: raw.fitted?.solveMs ?? 0,
+      totalMs: performance.now() - began,
+    };
+    const makeMesh = (/** @type {MeshRequest} */ maps) => this.#engine.run((worker) => worker.mesh(maps));
+    return new Estimate(raw, camera, times, target, makeMesh);
+  }
+}
+
+/**
+ * The camera that the file of a photograph tells of, for the picture as browsers show it, turned upright.
+ *
+ * @param {EngineWorker} worker
+ * @param {ImageInput} image
+ * @param {{ width: number, height: number }} size of the image, pixels
+ * @returns {Promise<SourcedCamera | undefined>}
+ */
+async function exifCamera(worker, image, { width, height }) {
+  if (!(image instanceof Blob)) return undefined;
+  const focal = await worker.exifFocal({ file: image, width, height });
+  return focal === undefined ? undefined : centredCamera(width, height, focal, "exif");
+}
