@@ -105,13 +105,13 @@ fn the_maps_of_an_upright_image_are_those_of_the_turned_one() {
         assert_eq!(upright.canonical, turned);
         assert_eq!(upright.judgement.found, across.judgement.found);
         let seen = sample.truth.mask();
-        let where_seen = |image, seen: &[bool]| pollster::block_on(estimator.infer_stages_where(image, seen)).unwrap();
+        let where_seen = |image, seen: &[bool]| pollster::block_on(estimator.infer_stages(image, Some(seen))).unwrap();
         let stages = where_seen(&across.canonical, &seen);
         let turned_seen = sample.truth.turned_anticlockwise().mask();
         for ((_, upright), (_, across)) in where_seen(&turned, &turned_seen).iter().zip(&stages) {
             assert_eq!(*upright, across.turned_anticlockwise());
         }
-        assert!(pollster::block_on(estimator.infer_stages_where(&turned, &seen[1..])).is_err());
+        assert!(pollster::block_on(estimator.infer_stages(&turned, Some(&seen[1..]))).is_err());
     }
 }
 

@@ -5,7 +5,7 @@ use crate::input;
 use crate::numbers::SizeMm;
 use anyhow::{Result, anyhow};
 use clap::Args;
-use deepsft::features::{GradeLevel, PictureGrade, PictureTarget};
+use deepsft::features::{GradeLevel, PictureGrade};
 use deepsft::{DeviceDescription, DeviceKind, SharedDescriptorNetwork, Target, TargetFinder, start_device};
 use deepsft_formats::read_template;
 use deepsft_geometry::{Picture, Template};
@@ -86,8 +86,8 @@ impl DescriptorChoice {
 
 /// Says what will make the picture on a sheet hard to find. Says nothing of one that features cannot look for at all.
 pub fn warn_of_print(template: &Template) {
-    if let Ok(target) = PictureTarget::from_template(template.clone()) {
-        warn_of(&target.grade());
+    if let Ok(grade) = PictureGrade::of(template.clone()) {
+        warn_of(&grade);
     }
 }
 

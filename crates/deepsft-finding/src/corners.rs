@@ -12,25 +12,8 @@ const CENTROID_RADIUS: i32 = 15;
 /// Side of the cells among which the corners are dealt out, pixels.
 const CELL: usize = 32;
 
-/// The circle of radius 3 around a pixel, clockwise from the top.
-const CIRCLE: [(i32, i32); 16] = [
-    (0, -3),
-    (1, -3),
-    (2, -2),
-    (3, -1),
-    (3, 0),
-    (3, 1),
-    (2, 2),
-    (1, 3),
-    (0, 3),
-    (-1, 3),
-    (-2, 2),
-    (-3, 1),
-    (-3, 0),
-    (-3, -1),
-    (-2, -2),
-    (-1, -3),
-];
+/// Across from the centre to the pixels of the circle of radius 3, clockwise from the top; down it is the same a quarter earlier.
+const CIRCLE: [isize; 16] = [0, 1, 2, 3, 3, 3, 2, 1, 0, -1, -2, -3, -3, -3, -2, -1];
 
 /// A corner of one level.
 #[derive(Clone, Copy, Debug)]
@@ -43,115 +26,89 @@ pub(crate) struct Corner {
     pub angle: f32,
 }
 
-/// Looks for corners. Its memory is used again for the next level.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct CornerSearch {
-    /// For each pixel the largest threshold under which it is a corner; 0 where that is not above the least.
-    scores: Vec<u8>,
-    /// Not 0 where a row's pixels may be corners.
-    possible: Vec<u8>,
-    /// The pixels with a score.
-    scored: Vec<usize>,
-    /// Corners with their cells.
-    found: Vec<(usize, Corner)>,
-    rest: Vec<Corner>,
-    kept: Vec<Corner>,
+/// At most about `budget` corners of a level, spread over it: cells of 32 pixels have the same number each, and what poor
+/// cells leave goes to the strongest corners anywhere. `threshold`: least difference in grey levels.
+pub(crate) fn corners(level: &PyramidLevel, threshold: u8, budget: usize) -> Vec<Corner> {
+    let (width, height) = (level.width, level.height);
+    if width <= 2 * MARGIN + 1 || height <= 2 * MARGIN + 1 {
+        return Vec::new();
+    }
+    let cells = width.div_ceil(CELL) * height.div_ceil(CELL);
+    let mut dealt = dealt(scored(level, threshold), cells, budget);
+    let halves = disc_halves();
+    for corner in &mut dealt {
+        corner.angle = centroid_angle(level, corner, &halves);
+    }
+    dealt
 }
 
-impl CornerSearch {
-    /// At most about `budget` corners of a level, spread over it: cells of 32 pixels have the same number each, and what poor
-    /// cells leave goes to the strongest corners anywhere. `threshold`: least difference in grey levels.
-    pub fn corners(&mut self, level: &PyramidLevel, threshold: u8, budget: usize) -> &[Corner] {
-        self.kept.clear();
-        let (width, height) = (level.width, level.height);
-        if width <= 2 * MARGIN + 1 || height <= 2 * MARGIN + 1 {
-            return &self.kept;
-        }
-        self.score(level, threshold);
-        self.select(level);
-        self.deal(width.div_ceil(CELL) * height.div_ceil(CELL), budget);
-        let halves = disc_halves();
-        for corner in &mut self.kept {
-            corner.angle = centroid_angle(level, corner, &halves);
-        }
-        &self.kept
-    }
-
-    /// The segment test: nine pixels of the circle in a row are all brighter or all darker by more than `threshold`.
-    fn score(&mut self, level: &PyramidLevel, threshold: u8) {
-        let (width, values) = (level.width, &level.values);
-        let offsets = CIRCLE.map(|(dx, dy)| dy as isize * width as isize + dx as isize);
-        self.scores.clear();
-        self.scores.resize(values.len(), 0);
-        self.scored.clear();
-        let length = width - 2 * (MARGIN - 1);
-        self.possible.clear();
-        self.possible.resize(length, 0);
-        for y in MARGIN - 1..level.height - MARGIN + 1 {
-            let start = y * width + MARGIN - 1;
-            let row = |offset: isize| &values[start.wrapping_add_signed(offset)..][..length];
-            // Nine in a row hold one of each pair of opposite pixels.
-            let pairs = [0, 2, 4, 6].map(|k| [row(offsets[k]), row(offsets[k + 8])]);
-            possible_corners(&mut self.possible, row(0), &pairs, threshold);
-            for x in marked(&self.possible) {
-                let i = start + x;
-                let centre = i16::from(values[i]);
-                let ring: [i16; 16] =
-                    std::array::from_fn(|k| i16::from(values[i.wrapping_add_signed(offsets[k])]) - centre);
-                let score = longest_run(&std::array::from_fn(|k| ring[k % 16]));
-                if score > i16::from(threshold) {
-                    self.scores[i] = score.min(255) as u8;
-                    self.scored.push(i);
-                }
+/// Corners by the segment test: nine pixels of the circle in a row are all brighter or all darker by more than `threshold`. With their cells;
+/// only those whose score no neighbour exceeds. The score is the largest threshold under which a pixel is a corner.
+fn scored(level: &PyramidLevel, threshold: u8) -> Vec<(usize, Corner)> {
+    let (width, height, values) = (level.width, level.height, &level.values);
+    let offsets: [isize; 16] = std::array::from_fn(|k| CIRCLE[(k + 12) % 16] * width as isize + CIRCLE[k]);
+    let (mut scores, mut scored) = (vec![0_u8; values.len()], Vec::new());
+    let length = width - 2 * (MARGIN - 1);
+    let mut possible = vec![0; length];
+    for y in MARGIN - 1..height - MARGIN + 1 {
+        let start = y * width + MARGIN - 1;
+        let row = |offset: isize| &values[start.wrapping_add_signed(offset)..][..length];
+        // Nine in a row hold one of each pair of opposite pixels.
+        let pairs = [0, 2, 4, 6].map(|k| [row(offsets[k]), row(offsets[k + 8])]);
+        possible_corners(&mut possible, row(0), &pairs, threshold);
+        for x in marked(&possible) {
+            let i = start + x;
+            let centre = i16::from(values[i]);
+            let ring: [i16; 16] =
+                std::array::from_fn(|k| i16::from(values[i.wrapping_add_signed(offsets[k])]) - centre);
+            let score = longest_run(&std::array::from_fn(|k| ring[k % 16]));
+            if score > i16::from(threshold) {
+                scores[i] = score.min(255) as u8;
+                scored.push(i);
             }
         }
     }
+    let columns = width.div_ceil(CELL);
+    let corner = |i: usize| {
+        let (x, y, score) = (i % width, i / width, scores[i]);
+        if !(MARGIN..width - MARGIN).contains(&x) || !(MARGIN..height - MARGIN).contains(&y) {
+            return None;
+        }
+        let before = [i - width - 1, i - width, i - width + 1, i - 1];
+        let after = [i + 1, i + width - 1, i + width, i + width + 1];
+        // Of equal neighbours the first is kept.
+        if before.iter().any(|&j| scores[j] >= score) || after.iter().any(|&j| scores[j] > score) {
+            return None;
+        }
+        let corner = Corner {
+            x: x as u16,
+            y: y as u16,
+            strength: harris(level, x, y),
+            angle: 0.0,
+        };
+        Some((y / CELL * columns + x / CELL, corner))
+    };
+    scored.into_iter().filter_map(corner).collect()
+}
 
-    /// Those whose score no neighbour exceeds.
-    fn select(&mut self, level: &PyramidLevel) {
-        let (width, height, scores) = (level.width, level.height, &self.scores);
-        let columns = width.div_ceil(CELL);
-        self.found.clear();
-        for &i in &self.scored {
-            let (x, y, score) = (i % width, i / width, scores[i]);
-            if !(MARGIN..width - MARGIN).contains(&x) || !(MARGIN..height - MARGIN).contains(&y) {
-                continue;
-            }
-            let before = [i - width - 1, i - width, i - width + 1, i - 1];
-            let after = [i + 1, i + width - 1, i + width, i + width + 1];
-            // Of equal neighbours the first is kept.
-            if before.iter().any(|&j| scores[j] >= score) || after.iter().any(|&j| scores[j] > score) {
-                continue;
-            }
-            let corner = Corner {
-                x: x as u16,
-                y: y as u16,
-                strength: harris(level, x, y),
-                angle: 0.0,
-            };
-            self.found.push((y / CELL * columns + x / CELL, corner));
-        }
+/// The strongest corners of each of so many cells, then the strongest of the rest.
+fn dealt(mut found: Vec<(usize, Corner)>, cells: usize, budget: usize) -> Vec<Corner> {
+    let strongest_first = |a: &Corner, b: &Corner| b.strength.total_cmp(&a.strength);
+    found.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(strongest_first(&a.1, &b.1)));
+    let each = (budget / 2).div_ceil(cells.max(1));
+    let (mut kept, mut rest) = (Vec::new(), Vec::new());
+    for cell in found.chunk_by(|a, b| a.0 == b.0) {
+        let (first, others) = cell.split_at(each.min(cell.len()));
+        kept.extend(first.iter().map(|found| found.1));
+        rest.extend(others.iter().map(|found| found.1));
     }
-
-    /// Keeps the strongest corners of each of so many cells, then the strongest of the rest.
-    fn deal(&mut self, cells: usize, budget: usize) {
-        let strongest_first = |a: &Corner, b: &Corner| b.strength.total_cmp(&a.strength);
-        let by_cell = |a: &(usize, Corner), b: &(usize, Corner)| a.0.cmp(&b.0).then(strongest_first(&a.1, &b.1));
-        self.found.sort_unstable_by(by_cell);
-        let each = (budget / 2).div_ceil(cells.max(1));
-        self.rest.clear();
-        for cell in self.found.chunk_by(|a, b| a.0 == b.0) {
-            let (first, others) = cell.split_at(each.min(cell.len()));
-            self.kept.extend(first.iter().map(|found| found.1));
-            self.rest.extend(others.iter().map(|found| found.1));
-        }
-        let left = budget.saturating_sub(self.kept.len());
-        if left < self.rest.len() {
-            self.rest.select_nth_unstable_by(left, strongest_first);
-            self.rest.truncate(left);
-        }
-        self.kept.append(&mut self.rest);
+    let left = budget.saturating_sub(kept.len());
+    if left < rest.len() {
+        rest.select_nth_unstable_by(left, strongest_first);
+        rest.truncate(left);
     }
+    kept.append(&mut rest);
+    kept
 }
 
 /// Marks the pixels of a row of which each pair has one that is brighter by more than `threshold`, or each one that is darker.

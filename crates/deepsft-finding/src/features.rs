@@ -1,34 +1,35 @@
 //! Corners and descriptors of a picture at many sizes.
 
-use crate::corners::CornerSearch;
+use crate::corners::corners;
 use crate::descriptor::Descriptor;
-use crate::pyramid::pyramid_levels;
-use deepsft_geometry::Picture;
+use crate::pyramid::{pyramid_levels, resized};
 use deepsft_geometry::glam::Vec2;
+use deepsft_geometry::{Camera, GeometryError, Picture};
 
 /// Shortest side of a level, pixels: a smaller one has hardly any place for a descriptor.
 const SHORTEST_SIDE: usize = 48;
 
+/// Longest side of the image that features are taken from, pixels: twice the canonical one, in which an A4 sheet 90 cm away is
+/// only 125 pixels long. Not swept; time grows with its square.
+const LONGEST_SIDE: usize = 960;
+
 /// Options of the search for features.
-#[derive(Clone, Debug, PartialEq)]
-pub struct FeatureOptions {
-    /// Corners in all levels together, at most; a few more where cells are many. Default 2000.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FeatureOptions {
+    /// Corners in all levels together, at most; a few more where cells are many.
     pub corners: usize,
-    /// Levels of the pyramid, each 1.25 times smaller. Default 8.
+    /// Levels of the pyramid, each 1.25 times smaller.
     pub levels: usize,
-    /// Least difference between a corner and the pixels around, grey levels. Default 8.
+    /// Least difference between a corner and the pixels around, grey levels.
     pub threshold: u8,
 }
 
-impl Default for FeatureOptions {
-    fn default() -> Self {
-        Self {
-            corners: 2000,
-            levels: 8,
-            threshold: 8,
-        }
-    }
-}
+/// For images of cameras.
+pub(crate) const IMAGE: FeatureOptions = FeatureOptions {
+    corners: 2000,
+    levels: 8,
+    threshold: 8,
+};
 
 /// A corner.
 #[derive(Clone, Copy, Debug)]
@@ -49,26 +50,32 @@ pub struct Features {
 }
 
 impl Features {
-    /// Finds the features of `picture`. Finer detail than a pixel of an image with 960 columns helps little: see
-    /// [`crate::feature_image`]. A picture with a side beyond 65,535 pixels has no features.
-    pub fn of(picture: &Picture, options: &FeatureOptions) -> Self {
+    /// Finds the features of `image`, shrunk to at most 960 pixels along its longer side, with the camera of the shrunk image: they are in its
+    /// pixels.
+    ///
+    /// # Errors
+    /// [`GeometryError::CameraParameter`] for a camera without pixels.
+    pub fn of(image: &Picture, camera: &Camera) -> Result<(Self, Camera), GeometryError> {
+        let image = resized(image, LONGEST_SIDE);
+        let camera = camera.resized(image.size())?;
+        Ok((Self::search(&image, IMAGE), camera))
+    }
+
+    /// The features of `picture`, whose sides are at most 65,535 pixels.
+    pub(crate) fn search(picture: &Picture, options: FeatureOptions) -> Self {
         let mut features = Self::default();
-        if picture.width().max(picture.height()) > usize::from(u16::MAX) {
-            return features;
-        }
         let levels = pyramid_levels(picture, SHORTEST_SIDE, options.levels);
         let whole: f32 = levels.iter().map(|l| (l.width * l.height) as f32).sum();
-        let mut search = CornerSearch::default();
         for level in &levels {
             let part = (level.width * level.height) as f32 / whole;
             let budget = (part * options.corners as f32).ceil() as usize;
-            for corner in search.corners(level, options.threshold, budget) {
+            for corner in corners(level, options.threshold, budget) {
                 features.all.push(Feature {
                     position: level.position(corner.x, corner.y),
                     angle: corner.angle,
                     scale: level.scale,
                 });
-                features.descriptors.push(Descriptor::of(level, corner));
+                features.descriptors.push(Descriptor::of(level, &corner));
             }
         }
         features

@@ -2,18 +2,13 @@
 
 use crate::consensus::{Neighbourhood, groups};
 use crate::features::Features;
+use crate::grade::PictureGrade;
 use crate::guided_matching::{ImageEvidence, guided_matches};
-use crate::matching::{Match, Matching};
-use crate::pyramid::resized;
+use crate::matching::{Match, matches};
 use crate::sheet_solver::SheetSolver;
 use crate::target::PictureTarget;
 use deepsft_geometry::glam::DVec3;
-use deepsft_geometry::{Camera, GeometryError, Picture};
-use std::borrow::Cow;
-
-/// Longest side of the image that features are taken from, pixels: twice the canonical one, in which an A4 sheet 90 cm away is
-/// only 125 pixels long. Not swept; time grows with its square.
-const LONGEST_SIDE: usize = 960;
+use deepsft_geometry::{Camera, GeometryError, Template};
 
 /// Focal length, in pixels, of the image in which the distances below are pixels: the canonical one.
 const FOCAL: f64 = 380.0;
@@ -61,21 +56,10 @@ pub struct FoundSheet {
     pub matches: Vec<Match>,
 }
 
-/// Shrinks `image` to at most 960 pixels along its longer side, as features need it, and its camera with it.
-///
-/// # Errors
-/// [`GeometryError::CameraParameter`] for a camera without pixels.
-pub fn feature_image<'a>(image: &'a Picture, camera: &Camera) -> Result<(Cow<'a, Picture>, Camera), GeometryError> {
-    let image = resized(image, LONGEST_SIDE);
-    let camera = camera.resized(image.size())?;
-    Ok((image, camera))
-}
-
 /// Finds one printed picture in images, by matches of features.
 pub struct FeatureFinder {
     target: PictureTarget,
     solver: SheetSolver,
-    matching: Matching,
 }
 
 impl std::fmt::Debug for FeatureFinder {
@@ -87,21 +71,27 @@ impl std::fmt::Debug for FeatureFinder {
 }
 
 impl FeatureFinder {
-    /// Prepares everything that does not depend on the image.
+    /// Prepares everything that does not depend on the image, for the picture on `template`, a sheet.
     ///
     /// # Errors
-    /// [`GeometryError`] when the sheet's mesh cannot be solved on.
-    pub fn new(target: PictureTarget) -> Result<Self, GeometryError> {
+    /// [`GeometryError::NotASheet`] for a template of another shape,
+    /// [`TemplateError::PrintSize`](deepsft_geometry::TemplateError::PrintSize) when a side is shorter than 5 mm or longer than 20 m.
+    pub fn new(template: Template) -> Result<Self, GeometryError> {
+        let target = PictureTarget::new(template)?;
         Ok(Self {
             solver: SheetSolver::new(target.template())?,
             target,
-            matching: Matching::default(),
         })
     }
 
-    /// Returns the picture that it finds.
-    pub fn target(&self) -> &PictureTarget {
-        &self.target
+    /// The sheet with the picture.
+    pub fn template(&self) -> &Template {
+        self.target.template()
+    }
+
+    /// Grades how well the picture will be found. Takes up to 50 ms.
+    pub fn grade(&self) -> PictureGrade {
+        PictureGrade::of_target(&self.target)
     }
 
     /// Finds the picture among `features` of an image that `camera` took. `None` when too few matches agree. A sheet that is found
@@ -110,11 +100,7 @@ impl FeatureFinder {
     /// # Errors
     /// [`GeometryError`] when the solver refuses its input.
     pub fn find(&mut self, features: &Features, camera: &Camera) -> Result<Option<FoundSheet>, GeometryError> {
-        // Taken out while `self` is busy with the mesh.
-        let mut matching = std::mem::take(&mut self.matching);
-        let found = self.find_among(matching.matches(features, &self.target), features, camera);
-        self.matching = matching;
-        found
+        self.find_among(&matches(features, &self.target), features, camera)
     }
 
     /// As [`Self::find`], among `candidates` that were matched elsewhere, the clearest first. The mesh gathers more matches from

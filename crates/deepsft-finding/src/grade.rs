@@ -9,6 +9,7 @@ use crate::hamming::distances;
 use crate::matching::ELSEWHERE_PX;
 use crate::target::PictureTarget;
 use deepsft_geometry::glam::Vec2;
+use deepsft_geometry::{GeometryError, Template};
 use std::f32::consts::{PI, TAU};
 
 /// Descriptors that differ in no more bits are of one look: the noise of a camera changes more.
@@ -68,7 +69,7 @@ impl GradeLevel {
     }
 }
 
-/// Grades how well features will find a print, see [`PictureTarget::grade`].
+/// How well features will find a print.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct PictureGrade {
@@ -89,15 +90,16 @@ pub struct PictureGrade {
     pub advice: Vec<String>,
 }
 
-impl PictureTarget {
-    /// Grades how well the print will be found. Takes up to 50 ms.
-    pub fn grade(&self) -> PictureGrade {
-        PictureGrade::of(self)
-    }
-}
-
 impl PictureGrade {
-    fn of(target: &PictureTarget) -> Self {
+    /// Grades the print on `template`, a sheet. Takes up to 50 ms, after as much for its features.
+    ///
+    /// # Errors
+    /// As [`FeatureFinder::new`](crate::FeatureFinder::new).
+    pub fn of(template: Template) -> Result<Self, GeometryError> {
+        Ok(Self::of_target(&PictureTarget::new(template)?))
+    }
+
+    pub(crate) fn of_target(target: &PictureTarget) -> Self {
         let twins = Twins::of(target);
         let corners = target.places().len();
         let share = |some: &[bool]| some.iter().filter(|&&is| is).count() as f64 / corners.max(1) as f64;

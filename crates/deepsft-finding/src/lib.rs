@@ -2,9 +2,9 @@
 //!
 //! # How it finds
 //!
-//! 1. [`PictureTarget`]: corners of the picture at many sizes, with binary descriptors. Made once per picture.
+//! 1. [`FeatureFinder::new`] takes corners of the picture at many sizes, with binary descriptors. Made once per picture.
 //! 2. [`Features`]: the same of a camera image. Made once per image, for all targets.
-//! 3. [`FeatureFinder`] matches both and keeps the matches that their neighbours confirm. Neighbours on a bent sheet move alike,
+//! 3. [`FeatureFinder::find`] matches both and keeps the matches that their neighbours confirm. Neighbours on a bent sheet move alike,
 //!    wherever they are: no homography is assumed.
 //! 4. It fits a coarse mesh of the sheet to the confirmed matches under isometry, looks for more matches where this mesh has
 //!    them, and fits again.
@@ -27,8 +27,7 @@ mod pyramid;
 mod sheet_solver;
 mod target;
 
-pub use features::{FeatureOptions, Features};
-pub use finder::{FeatureFinder, FoundSheet, feature_image};
+pub use features::Features;
+pub use finder::{FeatureFinder, FoundSheet};
 pub use grade::{GradeLevel, PictureGrade};
 pub use matching::Match;
-pub use target::PictureTarget;

@@ -42,50 +42,36 @@ impl Match {
     }
 }
 
-/// Looks for matches. Its memory is used again for the next image.
-#[derive(Debug, Default)]
-pub(crate) struct Matching {
-    distances: Vec<u16>,
-    found: Vec<(f32, Match)>,
-    matches: Vec<Match>,
-}
-
-impl Matching {
-    /// For each feature of the image the most similar of the target, where it stands out; the clearest first.
-    pub fn matches(&mut self, features: &Features, target: &PictureTarget) -> &[Match] {
-        let elsewhere_mm = ELSEWHERE_PX * target.mm_per_pixel();
-        let most = (MAX_DIFFERENT * BITS as f32) as u16;
-        self.found.clear();
-        for (image, descriptor) in features.descriptors().iter().enumerate() {
-            let (best, least) = distances(descriptor, target.features().descriptors(), &mut self.distances);
-            if least > most {
-                continue;
-            }
-            let place = target.places()[best];
-            // One bit more for all: two exact copies are rivals too. A rival at the limit is far enough.
-            let limit = (f32::from(least + 1) / MAX_RATIO) as u16 + 1;
-            let elsewhere = |other: &Vec2| other.distance(place) > elsewhere_mm;
-            let rivals = self.distances.iter().zip(target.places());
-            let rivals = rivals.filter(|(distance, other)| **distance < limit && elsewhere(other));
-            let rival = rivals.map(|(distance, _)| *distance).min().unwrap_or(limit);
-            let ratio = f32::from(least + 1) / f32::from(rival + 1);
-            if ratio <= MAX_RATIO {
-                self.found.push((ratio, Match::of(features, image, target, best)));
-            }
+/// For each feature of the image the most similar of the target, where it stands out; the clearest first.
+pub(crate) fn matches(features: &Features, target: &PictureTarget) -> Vec<Match> {
+    let elsewhere_mm = ELSEWHERE_PX * target.mm_per_pixel();
+    let most = (MAX_DIFFERENT * BITS as f32) as u16;
+    let (mut of_one, mut found) = (Vec::new(), Vec::new());
+    for (image, descriptor) in features.descriptors().iter().enumerate() {
+        let (best, least) = distances(descriptor, target.features().descriptors(), &mut of_one);
+        if least > most {
+            continue;
         }
-        let order = |a: &(f32, Match), b: &(f32, Match)| a.0.total_cmp(&b.0);
-        self.found.sort_unstable_by(order);
-        self.matches.clear();
-        self.matches.extend(self.found.iter().map(|found| found.1));
-        &self.matches
+        let place = target.places()[best];
+        // One bit more for all: two exact copies are rivals too. A rival at the limit is far enough.
+        let limit = (f32::from(least + 1) / MAX_RATIO) as u16 + 1;
+        let rivals = of_one.iter().zip(target.places());
+        let rivals = rivals.filter(|(distance, other)| **distance < limit && other.distance(place) > elsewhere_mm);
+        let rival = rivals.map(|(distance, _)| *distance).min().unwrap_or(limit);
+        let ratio = f32::from(least + 1) / f32::from(rival + 1);
+        if ratio <= MAX_RATIO {
+            found.push((ratio, Match::of(features, image, target, best)));
+        }
     }
+    found.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+    found.into_iter().map(|(_, found)| found).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::features::FeatureOptions;
-    use deepsft_geometry::Picture;
+    use crate::features::{FeatureOptions, IMAGE};
+    use deepsft_geometry::{Picture, Template};
 
     /// Rectangles of random grey on random grey: many corners, none like the other.
     fn print() -> Picture {
@@ -108,15 +94,17 @@ mod tests {
         Picture::from_fn(400, 300, |x, y| [grey[400 * y + x]; 3])
     }
 
+    fn target(width_mm: f64, picture: Picture) -> PictureTarget {
+        PictureTarget::new(Template::thin_shell(picture, width_mm, 0.75 * width_mm).unwrap()).unwrap()
+    }
+
     #[test]
     fn a_print_turned_by_a_quarter_is_matched_with_angle_scale_and_place() {
         let print = print();
-        let target = PictureTarget::from_picture(print.clone(), 400.0).unwrap();
+        let target = target(400.0, print.clone());
         // Column x of the print is row x of the image, from right to left: turned clockwise.
         let turned = Picture::from_fn(300, 400, |x, y| print.pixel(y, 299 - x));
-        let features = Features::of(&turned, &FeatureOptions::default());
-        let mut matching = Matching::default();
-        let found = matching.matches(&features, &target);
+        let found = matches(&Features::search(&turned, IMAGE), &target);
         assert!(found.len() > 300, "{}", found.len());
         let right = found.iter().filter(|m| {
             let expected = Vec2::new(m.pixel.y, 300.0 - m.pixel.x);
@@ -138,15 +126,11 @@ mod tests {
             let color = print.sample((x as f64 + 0.5) / 0.9, (y as f64 + 0.5) / 0.9);
             color.map(|c| c as u8)
         });
-        let features = Features::of(&shown, &FeatureOptions::default());
+        let features = Features::search(&shown, IMAGE);
         let found = [30.0, 300.0, 5000.0].map(|width_mm| {
-            let target = PictureTarget::from_picture(print.clone(), width_mm).unwrap();
+            let target = target(width_mm, print.clone());
             let relative = |m: &Match| (m.pixel, m.place / width_mm as f32);
-            Matching::default()
-                .matches(&features, &target)
-                .iter()
-                .map(relative)
-                .collect::<Vec<_>>()
+            matches(&features, &target).iter().map(relative).collect::<Vec<_>>()
         });
         assert!(found[0].len() > 300 && found[0].len() == found[1].len() && found[1].len() == found[2].len());
         for (a, others) in found[0].iter().zip(found[1].iter().zip(&found[2])) {
@@ -160,14 +144,9 @@ mod tests {
     fn a_print_of_equal_motifs_gives_no_match_inside() {
         let motif = print();
         let print = Picture::from_fn(400, 300, |x, y| motif.pixel(100 + x % 100, 100 + y % 100));
-        let target = PictureTarget::from_picture(print.clone(), 400.0).unwrap();
-        let finest = FeatureOptions {
-            levels: 1,
-            ..FeatureOptions::default()
-        };
-        let features = Features::of(&print, &finest);
-        let mut matching = Matching::default();
-        let found = matching.matches(&features, &target);
+        let target = target(400.0, print.clone());
+        let features = Features::search(&print, FeatureOptions { levels: 1, ..IMAGE });
+        let found = matches(&features, &target);
         // Only the border and what a level of the pyramid makes of it is like nothing else.
         let inside =
             |m: &&Match| m.place.cmpge(Vec2::splat(40.0)).all() && m.place.cmple(Vec2::new(360.0, 260.0)).all();

@@ -2,19 +2,13 @@
 //! al. 2015).
 
 use crate::matching::Match;
-use deepsft_geometry::fitting::{GridInterpolation, IsometricMesh};
+use deepsft_geometry::fitting::{FitOptions, GridInterpolation, IsometricMesh};
 use deepsft_geometry::glam::{DMat2, DMat3, DVec2, DVec3};
 use deepsft_geometry::solver::{ImagePoint, Reprojection, Robust};
 use deepsft_geometry::{Camera, GeometryError, Template, TriangleMesh};
 
 /// How much larger the cells are than those of the template's own mesh.
 const COARSE_CELLS: usize = 3;
-
-/// Weight of isometry on the template's own mesh, as in the fit of a frame.
-const ISOMETRY: f64 = 1e4;
-
-/// Weight of bending, as in the fit of a frame.
-const BENDING: f64 = 1.0;
 
 /// How many independent measurements the matches of a frame are worth together.
 const INDEPENDENT: f64 = 100.0;
@@ -39,8 +33,9 @@ pub(crate) struct SheetSolver {
 impl SheetSolver {
     pub fn new(template: &Template) -> Result<Self, GeometryError> {
         let coarse = template.coarser(COARSE_CELLS)?;
+        let FitOptions { isometry, bending, .. } = FitOptions::default();
         Ok(Self {
-            sheet: IsometricMesh::new(coarse.mesh().clone(), template.mesh(), ISOMETRY, BENDING)?,
+            sheet: IsometricMesh::new(coarse.mesh().clone(), template.mesh(), isometry, bending)?,
             to_template: GridInterpolation::cubic(&coarse, template.mesh())?,
             size_mm: template.size_mm(),
         })
@@ -78,10 +73,9 @@ impl SheetSolver {
             })
             .collect();
         let data = Reprojection::new(self.mesh(), camera, &points, Robust::Cauchy(1.5 * deviation_px))?;
-        Ok(if soft {
-            self.sheet.solve_by_continuation(&[&data], start.to_vec(), STEPS)?
-        } else {
-            self.sheet.solve(&[&data], start, STEPS, false)?.vertices
+        Ok(match soft {
+            true => self.sheet.solve_by_continuation(&[&data], start.to_vec(), STEPS)?,
+            false => self.sheet.solve(&[&data], start, STEPS, false)?.vertices,
         })
     }
 

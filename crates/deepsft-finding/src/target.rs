@@ -16,8 +16,8 @@ const CELL_PX: f32 = 17.0;
 const SIDES_MM: [f64; 2] = [5.0, 20_000.0];
 
 /// A printed picture with its features, on a flat sheet of known size in mm.
-#[derive(Clone, Debug)]
-pub struct PictureTarget {
+#[derive(Debug)]
+pub(crate) struct PictureTarget {
     template: Template,
     features: Features,
     /// Of each feature: its place on the sheet, mm from the upper left corner.
@@ -32,21 +32,8 @@ pub struct PictureTarget {
 }
 
 impl PictureTarget {
-    /// Prepares a picture that is printed `width_mm` wide.
-    ///
-    /// # Errors
-    /// [`TemplateError::Size`] when the width is not positive and finite, and as [`Self::from_template`].
-    pub fn from_picture(picture: Picture, width_mm: f64) -> Result<Self, GeometryError> {
-        let height_mm = width_mm * picture.height() as f64 / picture.width() as f64;
-        Self::from_template(Template::thin_shell(picture, width_mm, height_mm)?)
-    }
-
-    /// Prepares `template`, a sheet.
-    ///
-    /// # Errors
-    /// [`GeometryError::NotASheet`] for a template of another shape, [`TemplateError::PrintSize`] when a side is shorter than 5 mm or
-    /// longer than 20 m.
-    pub fn from_template(template: Template) -> Result<Self, GeometryError> {
+    /// Prepares `template`, a sheet whose sides a print can have.
+    pub fn new(template: Template) -> Result<Self, GeometryError> {
         if !template.is_sheet() {
             return Err(GeometryError::NotASheet {
                 operation: "finding by features",
@@ -69,7 +56,7 @@ impl PictureTarget {
             levels: 10,
             threshold: 6,
         };
-        let features = Features::of(&picture, &options);
+        let features = Features::search(&picture, options);
         let contrast = contrast(&picture);
         let size = template.size_mm().as_vec2();
         let scale = size / Vec2::new(picture.width() as f32, picture.height() as f32);
@@ -93,38 +80,38 @@ impl PictureTarget {
         })
     }
 
-    /// Returns the sheet.
+    /// The sheet.
     pub fn template(&self) -> &Template {
         &self.template
     }
 
-    /// Returns its features.
+    /// Its features.
     pub fn features(&self) -> &Features {
         &self.features
     }
 
     /// Grey levels between the darkest and the brightest hundredth of the picture.
-    pub(crate) fn contrast(&self) -> u8 {
+    pub fn contrast(&self) -> u8 {
         self.contrast
     }
 
     /// Places of the features on the sheet, mm from its upper left corner.
-    pub(crate) fn places(&self) -> &[Vec2] {
+    pub fn places(&self) -> &[Vec2] {
         &self.places
     }
 
     /// mm on the sheet per pixel of the picture that corners were taken from.
-    pub(crate) fn mm_per_pixel(&self) -> f32 {
+    pub fn mm_per_pixel(&self) -> f32 {
         self.mm_per_pixel
     }
 
     /// mm on the sheet per pixel of the level that has feature `index`.
-    pub(crate) fn scale_mm(&self, index: usize) -> f32 {
+    pub fn scale_mm(&self, index: usize) -> f32 {
         self.features.all()[index].scale * self.mm_per_pixel
     }
 
     /// The features whose places are at most `reach` mm from `place`.
-    pub(crate) fn near(&self, place: Vec2, reach: f32) -> impl Iterator<Item = usize> {
+    pub fn near(&self, place: Vec2, reach: f32) -> impl Iterator<Item = usize> {
         let (rows, cell_mm) = (self.cells.len() / self.columns, CELL_PX * self.mm_per_pixel);
         let cells = move |at: f32, count: usize| {
             let cell = |at: f32| ((at / cell_mm).max(0.0) as usize).min(count - 1);
@@ -150,10 +137,15 @@ fn contrast(picture: &Picture) -> u8 {
 mod tests {
     use super::*;
 
+    fn print(picture: Picture, width_mm: f64) -> Result<PictureTarget, GeometryError> {
+        let height_mm = width_mm * picture.height() as f64 / picture.width() as f64;
+        PictureTarget::new(Template::thin_shell(picture, width_mm, height_mm)?)
+    }
+
     #[test]
     fn features_are_looked_up_by_place() {
         let picture = Picture::from_fn(300, 200, |x, y| [((x / 9 * 37 + y / 7 * 91) % 251) as u8; 3]);
-        let target = PictureTarget::from_picture(picture, 150.0).unwrap();
+        let target = print(picture, 150.0).unwrap();
         assert!(target.places.len() > 100, "{}", target.places.len());
         for (place, reach) in [(Vec2::new(40.0, 30.0), 13.0), (Vec2::new(149.0, 1.0), 30.0)] {
             let mut near: Vec<usize> = target.near(place, reach).collect();
@@ -167,33 +159,33 @@ mod tests {
     fn a_blank_or_tiny_picture_has_no_features() {
         for (width, height) in [(3, 3), (1, 40), (40, 1), (1, 1), (300, 200)] {
             let blank = Picture::from_fn(width, height, |_, _| [200; 3]);
-            assert!(PictureTarget::from_picture(blank, 300.0).unwrap().features().is_empty());
+            assert!(print(blank, 300.0).unwrap().features().is_empty());
         }
     }
 
     #[test]
     fn a_size_that_no_print_has_is_refused_with_the_sizes_that_are_taken() {
-        let print = |width_mm: f64| PictureTarget::from_picture(Picture::from_fn(9, 9, |_, _| [0; 3]), width_mm);
+        let square = |width_mm: f64| print(Picture::from_fn(9, 9, |_, _| [0; 3]), width_mm);
         for width_mm in [0.0, -1.0, f64::NAN, f64::INFINITY] {
             assert!(
                 matches!(
-                    print(width_mm),
+                    square(width_mm),
                     Err(GeometryError::Template(TemplateError::Size { .. }))
                 ),
                 "{width_mm}"
             );
         }
         for width_mm in [1e-9, 4.9, 20_001.0, 1e9] {
-            let message = print(width_mm).unwrap_err().to_string();
+            let message = square(width_mm).unwrap_err().to_string();
             assert!(message.ends_with("expected sides from 5 to 20000 mm"), "{message}");
         }
         for width_mm in [5.0, 20_000.0] {
-            assert!(print(width_mm).is_ok(), "{width_mm}");
+            assert!(square(width_mm).is_ok(), "{width_mm}");
         }
         // The other side counts too: one pixel wide and 400 high.
         let line = Picture::from_fn(1, 400, |_, _| [0; 3]);
         assert!(matches!(
-            PictureTarget::from_picture(line, 100.0),
+            print(line, 100.0),
             Err(GeometryError::Template(TemplateError::PrintSize { .. }))
         ));
     }

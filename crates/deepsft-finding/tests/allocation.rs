@@ -3,8 +3,8 @@
 // An allocator cannot be written without.
 #![allow(unsafe_code)]
 
-use deepsft_finding::{FeatureFinder, FeatureOptions, Features, PictureTarget};
-use deepsft_geometry::{Camera, ImageSize, Picture};
+use deepsft_finding::{FeatureFinder, Features};
+use deepsft_geometry::{Camera, ImageSize, Picture, Template};
 use deepsft_synth::painting::artwork;
 use deepsft_synth::random::{Stream, generator};
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -62,8 +62,10 @@ fn image(picture: &Picture) -> Picture {
 #[test]
 fn a_search_allocates_the_same_every_time() {
     let camera = Camera::typical((960, 540)).unwrap();
-    let features = [1, 2].map(|number| Features::of(&image(&print(number)), &FeatureOptions::default()));
-    let mut finder = FeatureFinder::new(PictureTarget::from_picture(print(1), 200.0).unwrap()).unwrap();
+    let features = [1, 2].map(|number| Features::of(&image(&print(number)), &camera).unwrap().0);
+    let picture = print(1);
+    let height_mm = 200.0 * picture.height() as f64 / picture.width() as f64;
+    let mut finder = FeatureFinder::new(Template::thin_shell(picture, 200.0, height_mm).unwrap()).unwrap();
     let mut search = |features: &Features| {
         let mut found = false;
         let searched = allocated(|| found = finder.find(features, &camera).unwrap().is_some());

@@ -1,9 +1,7 @@
 //! Prints on bent sheets in synthetic frames: any way up, half hidden, in bad light.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-use deepsft_finding::{
-    FeatureFinder, FeatureOptions, Features, GradeLevel, PictureGrade, PictureTarget, feature_image,
-};
+use deepsft_finding::{FeatureFinder, Features, GradeLevel, PictureGrade};
 use deepsft_geometry::fitting::{FitOptions, FrameFitter, Start};
 use deepsft_geometry::raster::VisibleSurface;
 use deepsft_geometry::{CanonicalWarp, ImageSize, Maps, Picture, Template, training_camera};
@@ -13,9 +11,12 @@ use deepsft_synth::{SynthConfig, Synthesizer};
 
 /// A print of the kind collage, on a sheet 297 mm wide.
 fn print(seed: u64) -> Template {
-    let (_, picture) = artwork(0, &mut generator(seed, 0, Stream::Scene));
-    let height = 297.0 * picture.height() as f64 / picture.width() as f64;
-    Template::thin_shell(picture, 297.0, height).unwrap()
+    sheet(artwork(0, &mut generator(seed, 0, Stream::Scene)).1, 297.0)
+}
+
+fn sheet(picture: Picture, width_mm: f64) -> Template {
+    let height_mm = width_mm * picture.height() as f64 / picture.width() as f64;
+    Template::thin_shell(picture, width_mm, height_mm).unwrap()
 }
 
 /// Frames as a camera of 960 x 540 pixels takes them.
@@ -32,10 +33,9 @@ fn synthesizer(template: &Template) -> Synthesizer {
 /// The maps of what the finder sees in an image, for a camera of the image's size.
 fn found(finder: &mut FeatureFinder, image: &Picture) -> Option<Maps> {
     let camera = training_camera().resized((960, 540)).unwrap();
-    let (image, camera) = feature_image(image, &camera).unwrap();
-    let features = Features::of(&image, &FeatureOptions::default());
+    let (features, camera) = Features::of(image, &camera).unwrap();
     let sheet = finder.find(&features, &camera).unwrap()?;
-    let mesh = finder.target().template().mesh();
+    let mesh = finder.template().mesh();
     Some(VisibleSurface::new(mesh, &sheet.vertices_camera, &camera).maps())
 }
 
@@ -43,7 +43,7 @@ fn found(finder: &mut FeatureFinder, image: &Picture) -> Option<Maps> {
 fn a_bent_print_is_found_to_two_canonical_pixels_any_way_up() {
     let template = print(1);
     let synthesizer = synthesizer(&template);
-    let mut finder = FeatureFinder::new(PictureTarget::from_template(template.clone()).unwrap()).unwrap();
+    let mut finder = FeatureFinder::new(template.clone()).unwrap();
     let within: Vec<bool> = (0..8)
         .map(|index| {
             let sample = synthesizer.sample(77, index);
@@ -67,14 +67,13 @@ fn a_bent_print_is_found_to_two_canonical_pixels_any_way_up() {
 fn another_print_in_its_place_is_not_found_or_its_fit_tells() {
     let (shown, sought) = (print(1), print(2));
     let synthesizer = synthesizer(&shown);
-    let mut finder = FeatureFinder::new(PictureTarget::from_template(sought.clone()).unwrap()).unwrap();
+    let mut finder = FeatureFinder::new(sought.clone()).unwrap();
     let mut fitter = FrameFitter::new(&sought, FitOptions::default()).unwrap();
     let large = training_camera().resized((960, 540)).unwrap();
     let warp = CanonicalWarp::new(&large, &training_camera());
     for index in 0..8 {
         let image = synthesizer.sample(77, index).image;
-        let (small, camera) = feature_image(&image, &large).unwrap();
-        let features = Features::of(&small, &FeatureOptions::default());
+        let (features, camera) = Features::of(&image, &large).unwrap();
         let Some(sheet) = finder.find(&features, &camera).unwrap() else {
             continue;
         };
@@ -88,16 +87,16 @@ fn another_print_in_its_place_is_not_found_or_its_fit_tells() {
 
 #[test]
 fn nothing_is_found_in_images_without_corners_or_for_prints_without_any() {
-    let mut finder = FeatureFinder::new(PictureTarget::from_template(print(1)).unwrap()).unwrap();
+    let mut finder = FeatureFinder::new(print(1)).unwrap();
     assert!(found(&mut finder, &Picture::from_fn(960, 540, |x, _| [(x / 4) as u8; 3])).is_none());
-    let blank = PictureTarget::from_picture(Picture::from_fn(300, 200, |_, _| [230; 3]), 200.0).unwrap();
+    let blank = sheet(Picture::from_fn(300, 200, |_, _| [230; 3]), 200.0);
     let mut finder = FeatureFinder::new(blank).unwrap();
     assert!(found(&mut finder, &synthesizer(&print(1)).sample(77, 0).image).is_none());
 }
 
 /// The grade of a picture printed 200 mm wide.
 fn grade(picture: Picture) -> PictureGrade {
-    PictureTarget::from_picture(picture, 200.0).unwrap().grade()
+    PictureGrade::of(sheet(picture, 200.0)).unwrap()
 }
 
 /// Whether exactly one sentence of the advice has these words.
@@ -214,9 +213,8 @@ fn a_picture_of_a_hundred_megapixels_is_prepared_like_its_small_copy() {
     let (width, height) = (12_000, 12_000 * rich.height() / rich.width());
     let row = |y: usize| (0..width).flat_map(move |x| rich.pixel(x * rich.width() / width, y * rich.height() / height));
     let pixels = (0..height).flat_map(row).collect();
-    let large = PictureTarget::from_picture(Picture::new(width, height, pixels).unwrap(), 200.0).unwrap();
-    let small = PictureTarget::from_picture(rich.clone(), 200.0).unwrap();
-    let (large, small) = (large.grade(), small.grade());
+    let large = grade(Picture::new(width, height, pixels).unwrap());
+    let small = grade(rich.clone());
     assert!(
         large.corners * 10 > small.corners * 9 && large.level == GradeLevel::Good,
         "{large:?}"

@@ -1,7 +1,7 @@
 //! A video that goes on and on takes no more and more memory. Alone in its program: it counts what is allocated.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-use deepsft::session::{Asking, SessionOptions, VideoFollower, VideoOptions};
+use deepsft::session::{SessionOptions, VideoFollower, VideoOptions};
 use deepsft::{Target, TargetFinder, View};
 use deepsft_geometry::tracking::OneEuroOptions;
 use deepsft_geometry::training_camera;
@@ -43,7 +43,7 @@ fn a_loop_of_losses_and_returns_leaves_no_memory_behind() {
         session: SessionOptions {
             smoothing: Some(OneEuroOptions::default()),
             // A loop begins as the one before.
-            asking: Asking::Every(4),
+            ask_every: Some(4),
             ..SessionOptions::default()
         },
         delay: 3,

@@ -13,6 +13,11 @@ pub fn now_ms() -> f64 {
     now()
 }
 
+/// Seconds since some origin.
+pub fn now_s() -> f64 {
+    now() / 1000.0
+}
+
 /// Measures the stages of one frame.
 pub struct Stopwatch {
     lap_began_ms: f64,

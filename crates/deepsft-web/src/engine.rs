@@ -1,9 +1,8 @@
 //! The engine: targets, and where they are in a frame.
 
 use crate::{
-    adapter,
     clock::Stopwatch,
-    estimate::{RawEstimate, Times},
+    estimate::estimate_object,
     failure::{Code, Failure},
     input::{camera_from, files_from, maps_from, picture_from, printed_sheet, template_from},
     mesh::positions,
@@ -12,7 +11,9 @@ use crate::{
     target::EngineTarget,
 };
 use deepsft::{
-    DeviceDescription, DeviceKind, ImageSize, ModelBundle, Target, UnknownDevice, View, geometry::Maps, start_device,
+    DeviceDescription, DeviceKind, EstimateTimes, ModelBundle, Target, UnknownDevice, View,
+    geometry::{ImageSize, Maps},
+    start_device,
 };
 use js_sys::{Array, Object, Promise};
 use std::{cell::RefCell, collections::BTreeMap, rc::Rc};
@@ -57,13 +58,7 @@ impl Engine {
                     Some(bundle.map_err(|error| Failure::of_model(&error))?)
                 }
             };
-            let (device, mut description) = start_device(kind).await.map_err(|error| Failure::of_device(&error))?;
-            if kind == DeviceKind::WebGpu
-                && let Some((name, software)) = adapter::describe().await
-            {
-                description.adapter_name = name;
-                description.software |= software;
-            }
+            let (device, description) = start_device(kind).await.map_err(|error| Failure::of_device(&error))?;
             let mut targets = BTreeMap::new();
             if let Some(bundle) = &bundle {
                 let target = Target::from_model(bundle, &device).map_err(|error| Failure::of_model(&error))?;
@@ -179,7 +174,7 @@ impl Engine {
         camera: Vec<f64>,
     ) -> Promise {
         let core = Rc::clone(&self.core);
-        settle::promise(async move { core.estimate(id, &rgba, (width, height), &camera).await })
+        settle::promise(async move { core.estimate(id, &rgba, (width, height).into(), &camera).await })
     }
 
     /// Where several targets are in one frame, as for [`Engine::estimate`]: what a tracker needs to start them or to confirm
@@ -211,46 +206,29 @@ impl Engine {
         })
     }
 
-    /// Fits a target's mesh to one frame: the mesh that explains the canonical image, found from the network's maps.
+    /// The whole mesh of a target in one frame from a network's maps: with the canonical image the mesh that explains it, without it their
+    /// ARAP completion, whose visible vertices stay about where the maps have them.
     ///
-    /// `width`, `focal`, `depth`, `registration` and `canonical` (RGBA) are those of a [`RawEstimate`]. Resolves to `undefined` when the maps
-    /// show too little to fit a mesh to. Rejects with an `Error` whose `code` is `image-unreadable`, `target-unknown` or
-    /// `internal`.
-    #[wasm_bindgen(unchecked_return_type = "Promise<RawMesh | undefined>")]
-    pub fn fit(
+    /// `width`, `focal`, `depth`, `registration` and `canonical` (RGBA) are those of a `RawEstimate`. Resolves to `null` when the maps show
+    /// too little of the mesh. Rejects with an `Error` whose `code` is `image-unreadable`, `target-unknown` or `internal`.
+    #[wasm_bindgen(unchecked_return_type = "Promise<RawMesh | null>")]
+    pub fn mesh(
         &self,
         id: u32,
         width: u32,
         focal: f64,
         depth: Vec<f32>,
         registration: Vec<f32>,
-        #[wasm_bindgen(unchecked_param_type = "Uint8Array | Uint8ClampedArray")] canonical: Vec<u8>,
+        #[wasm_bindgen(unchecked_param_type = "Uint8Array | Uint8ClampedArray | undefined")] canonical: Option<Vec<u8>>,
     ) -> Promise {
         let core = Rc::clone(&self.core);
         settle::promise(async move {
             let maps = maps_from(width, depth, &registration)?;
-            let canonical = picture_from(&canonical, maps.size())?;
+            let canonical = canonical.map(|rgba| picture_from(&rgba, maps.size())).transpose()?;
             let target = core.target(id)?;
             let camera = target.view_camera(maps.size(), focal)?;
-            let fitted = target.fit(&canonical, maps, &camera)?;
-            Ok(fitted.map_or(JsValue::UNDEFINED, JsValue::from))
-        })
-    }
-
-    /// ARAP completion of one frame, without its image: visible vertices stay about where the maps have them, the others follow as
-    /// rigidly as possible.
-    ///
-    /// `width`, `focal`, `depth` and `registration` are those of a [`RawEstimate`]. Resolves to `undefined` when they show fewer than 6
-    /// vertices. Rejects as [`Engine::fit`].
-    #[wasm_bindgen(unchecked_return_type = "Promise<RawMesh | undefined>")]
-    pub fn complete(&self, id: u32, width: u32, focal: f64, depth: Vec<f32>, registration: Vec<f32>) -> Promise {
-        let core = Rc::clone(&self.core);
-        settle::promise(async move {
-            let maps = maps_from(width, depth, &registration)?;
-            let target = core.target(id)?;
-            let camera = target.view_camera(maps.size(), focal)?;
-            let completed = target.complete(&maps, &camera)?;
-            Ok(completed.map_or(JsValue::UNDEFINED, JsValue::from))
+            let mesh = target.mesh(canonical.as_ref(), maps, &camera)?;
+            Ok(mesh.map_or(JsValue::NULL, JsValue::from))
         })
     }
 }
@@ -265,7 +243,7 @@ impl Core {
         self.targets.borrow().get(&id).cloned().ok_or_else(unknown)
     }
 
-    async fn estimate(&self, id: u32, rgba: &[u8], size: ImageSize, camera: &[f64]) -> Result<RawEstimate, Failure> {
+    async fn estimate(&self, id: u32, rgba: &[u8], size: ImageSize, camera: &[f64]) -> Result<Object, Failure> {
         let target = self.target(id)?;
         let camera = camera_from(size, camera)?;
         let picture = picture_from(rgba, size)?;
@@ -283,31 +261,21 @@ impl Core {
             let mut stopwatch = Stopwatch::start();
             let camera = target.view_camera(view.size(), focal)?;
             let found = target.find(view, &camera).await;
-            let sightings = found.map_err(|error| self.failed(&error))?;
+            let (sightings, maps) = found.map_err(|error| self.failed(&error))?;
             if let Some(network) = target.network().filter(|_| estimated) {
                 let network_ms = stopwatch.lap_ms();
                 let canonical = view.canonical(&camera).map_err(|error| self.failed(&error))?.clone();
-                let maps = sightings.iter().find_map(|sighting| sighting.maps.clone());
                 let maps = maps.unwrap_or_else(|| Maps::empty(camera.width(), camera.height()));
                 let made = network.estimate_of(canonical, camera, maps);
-                let times = Times {
+                let times = EstimateTimes {
                     network_ms,
                     judge_ms: stopwatch.lap_ms(),
-                    ..Times::default()
+                    ..EstimateTimes::default()
                 };
-                estimate = RawEstimate::new(&made.map_err(|error| self.failed(&error))?, &times).into();
+                estimate = estimate_object(&made.map_err(|error| self.failed(&error))?, times, 0.0).into();
             }
-            answers.push(&object([
-                ("id", id.into()),
-                (
-                    "sightings",
-                    sightings
-                        .iter()
-                        .map(|seen| positions(&seen.vertices_camera))
-                        .collect::<Array>()
-                        .into(),
-                ),
-            ]));
+            let seen = sightings.iter().map(|seen| positions(&seen.vertices_camera));
+            answers.push(&object([("id", id.into()), ("sightings", seen.collect::<Array>().into())]));
         }
         Ok(object([("answers", answers.into()), ("estimate", estimate)]))
     }

@@ -2,52 +2,36 @@
 
 use deepsft::{DeepSftError, FormatError, geometry::GeometryError};
 use js_sys::{Error, Reflect};
-use wasm_bindgen::{JsCast, JsValue};
+use wasm_bindgen::prelude::*;
 
 /// What went wrong, for programs. The names are part of the JavaScript package's contract.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[wasm_bindgen]
+#[derive(Clone, Copy)]
 pub enum Code {
     /// A file of the model is missing, truncated, altered or does not fit the others.
-    ModelCorrupt,
+    ModelCorrupt = "model-corrupt",
     /// The model needs another version of this engine.
-    ModelVersion,
+    ModelVersion = "model-version",
     /// The model was not handed over in the form [`crate::Engine::create`] asks for.
-    ModelLoad,
+    ModelLoad = "model-load",
     /// No WebGPU, no adapter, or an adapter that lacks a feature.
-    WebGpuUnavailable,
+    WebGpuUnavailable = "webgpu-unavailable",
     /// The GPU device was lost in the middle of the work.
-    GpuLost,
+    GpuLost = "gpu-lost",
     /// Intrinsics no camera can have.
-    CameraIntrinsics,
+    CameraIntrinsics = "camera-intrinsics",
     /// Pixels that are no image.
-    ImageUnreadable,
+    ImageUnreadable = "image-unreadable",
     /// A picture or template that cannot be looked for.
-    TargetUnusable,
+    TargetUnusable = "target-unusable",
     /// A target that the engine does not have.
-    TargetUnknown,
+    TargetUnknown = "target-unknown",
     /// A defect of ours.
-    Internal,
-}
-
-impl Code {
-    fn name(self) -> &'static str {
-        match self {
-            Self::ModelCorrupt => "model-corrupt",
-            Self::ModelVersion => "model-version",
-            Self::ModelLoad => "model-load",
-            Self::WebGpuUnavailable => "webgpu-unavailable",
-            Self::GpuLost => "gpu-lost",
-            Self::CameraIntrinsics => "camera-intrinsics",
-            Self::ImageUnreadable => "image-unreadable",
-            Self::TargetUnusable => "target-unusable",
-            Self::TargetUnknown => "target-unknown",
-            Self::Internal => "internal",
-        }
-    }
+    Internal = "internal",
 }
 
 /// A failure on its way to JavaScript.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct Failure {
     code: Code,
     message: String,
@@ -115,7 +99,7 @@ impl From<Failure> for JsValue {
         let error = Error::new(&message);
         error.set_name("DeepSftError");
         // Only fails on objects that were frozen; this one was made two lines above.
-        let _ = Reflect::set(error.unchecked_ref(), &"code".into(), &code.name().into());
+        let _ = Reflect::set(error.unchecked_ref(), &"code".into(), &code.into());
         error.into()
     }
 }

@@ -2,8 +2,8 @@
 
 use crate::failure::{Code, Failure};
 use deepsft::geometry::glam::DVec2;
-use deepsft::geometry::{Camera, Maps, Picture, Template};
-use deepsft::{FormatError, ImageSize, TEMPLATE_FILE, TemplateFile};
+use deepsft::geometry::{Camera, ImageSize, Maps, Picture, Template};
+use deepsft::{FormatError, TEMPLATE_FILE, TemplateFile};
 use js_sys::{Array, Uint8Array};
 use std::collections::BTreeMap;
 use wasm_bindgen::prelude::*;
@@ -27,7 +27,8 @@ pub fn files_from(files: &JsValue) -> Result<BTreeMap<String, Vec<u8>>, Failure>
 
 /// The camera of an image of this size out of `[fx, fy, cx, cy, k1, k2, p1, p2, k3]`, or with a fisheye's
 /// `[fx, fy, cx, cy, k1, k2, k3, k4]`.
-pub fn camera_from(size: ImageSize, numbers: &[f64]) -> Result<Camera, Failure> {
+pub fn camera_from(size: impl Into<ImageSize>, numbers: &[f64]) -> Result<Camera, Failure> {
+    let size = size.into();
     let pinhole = |fx, fy, cx, cy| Camera::pinhole(size, DVec2::new(fx, fy), DVec2::new(cx, cy));
     match *numbers {
         [fx, fy, cx, cy, k1, k2, p1, p2, k3] => Ok(pinhole(fx, fy, cx, cy)?.with_distortion([k1, k2, p1, p2, k3])?),
@@ -51,7 +52,8 @@ pub fn view_from(canonical: &Camera, focal: f64) -> Result<Camera, Failure> {
 }
 
 /// The picture of RGBA bytes, alpha left out.
-pub fn picture_from(rgba: &[u8], size: ImageSize) -> Result<Picture, Failure> {
+pub fn picture_from(rgba: &[u8], size: impl Into<ImageSize>) -> Result<Picture, Failure> {
+    let size = size.into();
     let expected = size.area().saturating_mul(4);
     if rgba.len() != expected {
         let message = format!(
@@ -69,7 +71,11 @@ pub fn picture_from(rgba: &[u8], size: ImageSize) -> Result<Picture, Failure> {
 }
 
 /// The sheet that carries the picture of RGBA bytes.
-pub fn printed_sheet(rgba: &[u8], size: ImageSize, (width_mm, height_mm): (f64, f64)) -> Result<Template, Failure> {
+pub fn printed_sheet(
+    rgba: &[u8],
+    size: impl Into<ImageSize>,
+    (width_mm, height_mm): (f64, f64),
+) -> Result<Template, Failure> {
     let picture = picture_from(rgba, size)?;
     Template::thin_shell(picture, width_mm, height_mm).map_err(|error| Failure::of_target(&error.into()))
 }

@@ -9,7 +9,6 @@
 #![cfg(target_family = "wasm")]
 #![allow(missing_debug_implementations, reason = "JavaScript sees the types, and prints none")]
 
-mod adapter;
 mod clock;
 mod engine;
 mod estimate;
@@ -23,8 +22,6 @@ mod target;
 mod tracker;
 
 pub use engine::Engine;
-pub use estimate::RawEstimate;
-pub use mesh::RawMesh;
 pub use scan::read_scan;
 pub use tracker::MeshTracker;
 

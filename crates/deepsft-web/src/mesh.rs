@@ -5,60 +5,31 @@ use deepsft::geometry::{Maps, Surface, TriangleMesh, glam::DVec3};
 use js_sys::{Float32Array, Object, Uint32Array};
 use wasm_bindgen::prelude::*;
 
-/// One frame with the whole mesh in it. The arrays belong to JavaScript.
-#[wasm_bindgen]
-pub struct RawMesh {
-    vertices: Float32Array,
-    confidence: Float32Array,
-    depth: Float32Array,
-    registration: Float32Array,
-    solve_ms: f64,
+#[wasm_bindgen(typescript_custom_section)]
+const TYPE: &str = r#"
+/** One frame with the whole mesh in it. */
+export interface RawMesh {
+  /** Vertices of the whole mesh, (x, y, z) each, camera frame, mm. */
+  vertices: Float32Array;
+  /** How far the image confirms each vertex, 0 to 1; of a completion 1 where the maps show it, else 0. */
+  confidence: Float32Array;
+  /** Depth and registration of the mesh, as in RawEstimate. */
+  depth: Float32Array;
+  registration: Float32Array;
+  /** Milliseconds it took. */
+  solveMs: number;
 }
+"#;
 
-impl RawMesh {
-    /// Copies a surface, and the maps of it, out of WebAssembly's memory.
-    pub fn of(surface: &Surface, maps: &Maps, solve_ms: f64) -> Self {
-        Self {
-            vertices: positions(&surface.vertices_camera),
-            confidence: surface.confidence.as_slice().into(),
-            depth: maps.depth().into(),
-            registration: maps.registration().as_flattened().into(),
-            solve_ms,
-        }
-    }
-}
-
-#[wasm_bindgen]
-impl RawMesh {
-    /// Vertices of the whole mesh, (x, y, z) each, camera frame, mm.
-    #[wasm_bindgen(getter)]
-    pub fn vertices(&self) -> Float32Array {
-        self.vertices.clone()
-    }
-
-    /// How far the image confirms each vertex, 0 to 1; of a completion 1 where the maps show it, else 0.
-    #[wasm_bindgen(getter)]
-    pub fn confidence(&self) -> Float32Array {
-        self.confidence.clone()
-    }
-
-    /// Depth of the mesh, as in [`crate::RawEstimate`].
-    #[wasm_bindgen(getter)]
-    pub fn depth(&self) -> Float32Array {
-        self.depth.clone()
-    }
-
-    /// Registration of the mesh, as in [`crate::RawEstimate`].
-    #[wasm_bindgen(getter)]
-    pub fn registration(&self) -> Float32Array {
-        self.registration.clone()
-    }
-
-    /// Milliseconds it took.
-    #[wasm_bindgen(getter, js_name = solveMs)]
-    pub fn solve_ms(&self) -> f64 {
-        self.solve_ms
-    }
+/// A surface and its maps: a plain object, the `RawMesh` of TypeScript. Its arrays belong to JavaScript.
+pub fn mesh_object(surface: &Surface, maps: &Maps, solve_ms: f64) -> Object {
+    object([
+        ("vertices", positions(&surface.vertices_camera).into()),
+        ("confidence", Float32Array::from(surface.confidence.as_slice()).into()),
+        ("depth", Float32Array::from(maps.depth()).into()),
+        ("registration", Float32Array::from(maps.registration().as_flattened()).into()),
+        ("solveMs", solve_ms.into()),
+    ])
 }
 
 /// Coordinates of points one after the other.
@@ -70,11 +41,8 @@ pub fn positions(points: &[DVec3]) -> Float32Array {
 /// What of a mesh no frame changes: a plain object.
 pub fn template_mesh(mesh: &TriangleMesh) -> Object {
     let corners: Vec<u32> = mesh.faces().iter().flatten().map(|&vertex| vertex as u32).collect();
-    let coordinates: Vec<f32> = mesh
-        .texture_coordinates()
-        .iter()
-        .flat_map(|uv| uv.as_vec2().to_array())
-        .collect();
+    let places = mesh.texture_coordinates().iter();
+    let coordinates: Vec<f32> = places.flat_map(|uv| uv.as_vec2().to_array()).collect();
     object([
         ("faces", Uint32Array::from(corners.as_slice()).into()),
         ("textureCoordinates", Float32Array::from(coordinates.as_slice()).into()),

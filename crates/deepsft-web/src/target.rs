@@ -2,17 +2,17 @@
 
 use crate::{
     clock::{Stopwatch, now_ms},
-    estimate::{RawEstimate, Times},
+    estimate::estimate_object,
     failure::{Code, Failure},
     input::view_from,
-    mesh::{RawMesh, template_mesh},
+    mesh::{mesh_object, template_mesh},
     object::{object, rgba},
 };
 use deepsft::{
-    DeepSftError, Estimator, Finder, ImageSize, Sighting, Target, TargetFinder, View,
-    features::{FeatureFinder, PictureGrade, PictureTarget},
+    DeepSftError, EstimateTimes, Estimator, Sighting, Target, TargetFinder, View,
+    features::PictureGrade,
     geometry::{
-        Camera, CompletionOptions, Maps, MapsCompletion, Picture, Surface, Template,
+        Camera, CompletionOptions, ImageSize, Maps, MapsCompletion, Picture, Surface, Template,
         fitting::{FitOptions, FrameFitter, Start},
     },
 };
@@ -49,18 +49,15 @@ impl EngineTarget {
 
     /// A sheet that nothing was trained for.
     pub fn of_sheet(template: Template) -> Result<Self, Failure> {
-        let unusable = |error: DeepSftError| Failure::of_target(&error);
-        let picture = PictureTarget::from_template(template.clone()).map_err(|error| unusable(error.into()))?;
-        if picture.features().len() < MIN_CORNERS {
+        let target = Target::from_template(template);
+        let finder = TargetFinder::new(target.clone()).map_err(|error| Failure::of_target(&error))?;
+        let grade = finder.grade();
+        if grade.as_ref().is_some_and(|grade| grade.corners < MIN_CORNERS) {
             return Err(Failure::new(
                 Code::TargetUnusable,
                 "The picture is blank, or nearly so, or too small: there is nothing in it to recognise it by.",
             ));
         }
-        let target = Target::from_template(template);
-        let grade = Some(picture.grade());
-        let features = FeatureFinder::new(picture).map_err(|error| unusable(error.into()))?;
-        let finder = TargetFinder::with_finders(target.clone(), vec![Finder::Features(Box::new(features))]);
         Ok(Self {
             grade,
             finder: RefCell::new(Some(finder)),
@@ -92,8 +89,12 @@ impl EngineTarget {
         view_from(&self.target.canonical_camera(size), focal)
     }
 
-    /// What the finders see and the image confirms, as `camera` sees it.
-    pub async fn find(&self, view: &mut View<'_>, camera: &Camera) -> Result<Vec<Sighting>, DeepSftError> {
+    /// What the finders see and the image confirms, as `camera` sees it, and the maps of a network.
+    pub async fn find(
+        &self,
+        view: &mut View<'_>,
+        camera: &Camera,
+    ) -> Result<(Vec<Sighting>, Option<Maps>), DeepSftError> {
         let mut finder = self.taken_finder()?;
         let seen = finder.find(view, camera).await;
         self.finder.replace(Some(finder));
@@ -101,16 +102,10 @@ impl EngineTarget {
     }
 
     /// The target in one image: a network's maps as they are, those of features fitted to the image.
-    pub async fn estimate(&self, view: &mut View<'_>) -> Result<RawEstimate, DeepSftError> {
+    pub async fn estimate(&self, view: &mut View<'_>) -> Result<Object, DeepSftError> {
         if let Some(network) = self.target.network() {
             let (estimate, times) = network.estimate_timed(view.image(), view.camera(), now_ms).await?;
-            let times = Times {
-                warp_ms: times.warp_ms,
-                network_ms: times.network_ms,
-                judge_ms: times.judge_ms,
-                ..Times::default()
-            };
-            return Ok(RawEstimate::new(&estimate, &times));
+            return Ok(estimate_object(&estimate, times, 0.0));
         }
         let mut stopwatch = Stopwatch::start();
         view.canonical(&self.target.canonical_camera(view.size()))?;
@@ -118,12 +113,11 @@ impl EngineTarget {
         let mut finder = self.taken_finder()?;
         let estimate = finder.estimate(view).await;
         self.finder.replace(Some(finder));
-        let times = Times {
+        let times = EstimateTimes {
             warp_ms,
-            features_ms: stopwatch.lap_ms(),
-            ..Times::default()
+            ..EstimateTimes::default()
         };
-        Ok(RawEstimate::new(&estimate?, &times))
+        Ok(estimate_object(&estimate?, times, stopwatch.lap_ms()))
     }
 
     fn taken_finder(&self) -> Result<TargetFinder, DeepSftError> {
@@ -133,39 +127,33 @@ impl EngineTarget {
         }
     }
 
-    /// ARAP completion of maps of `camera`.
-    pub fn complete(&self, maps: &Maps, camera: &Camera) -> Result<Option<RawMesh>, Failure> {
-        let mut completion = self.completion.borrow_mut();
-        let completion = match &mut *completion {
-            Some(completion) => completion,
-            none => none.insert(MapsCompletion::new(
-                self.target.template().mesh(),
-                CompletionOptions::default(),
-            )?),
-        };
+    /// The mesh from a network's maps of `camera`: fitted to its `canonical` image, or without it their ARAP completion.
+    pub fn mesh(&self, canonical: Option<&Picture>, maps: Maps, camera: &Camera) -> Result<Option<Object>, Failure> {
+        let template = self.target.template();
         let mut stopwatch = Stopwatch::start();
-        let completed = completion.complete(maps, camera)?;
-        Ok(completed.map(|surface| self.raw_mesh(&surface, maps, stopwatch.lap_ms())))
-    }
-
-    /// The mesh fitted to a canonical image of `camera`, from a network's maps of it.
-    pub fn fit(&self, canonical: &Picture, maps: Maps, camera: &Camera) -> Result<Option<RawMesh>, Failure> {
-        let mut stopwatch = Stopwatch::start();
-        let mut fitter = self.fitter.borrow_mut();
-        let fitter = match &mut *fitter {
-            Some(fitter) => fitter,
-            none => none.insert(FrameFitter::new(self.target.template(), FitOptions::default())?),
+        let surface = match canonical {
+            Some(image) => {
+                let make = || FrameFitter::new(template, FitOptions::default());
+                let mut fitter = self.fitter.borrow_mut();
+                made(&mut fitter, make)?.fit(image, camera, &Start::Maps(maps.clone()))?
+            }
+            None => {
+                let make = || MapsCompletion::new(template.mesh(), CompletionOptions::default());
+                made(&mut self.completion.borrow_mut(), make)?.complete(&maps, camera)?
+            }
         };
-        let start = Start::Maps(maps.clone());
-        let fitted = fitter.fit(canonical, camera, &start)?;
-        Ok(fitted.map(|surface| self.raw_mesh(&surface, &maps, stopwatch.lap_ms())))
+        let solve_ms = stopwatch.lap_ms();
+        let drawn = |surface: Surface| mesh_object(&surface, &surface.maps(template.mesh()).within(&maps), solve_ms);
+        Ok(surface.map(drawn))
     }
+}
 
-    /// A surface with its maps, in the mask of those that it was made from.
-    fn raw_mesh(&self, surface: &Surface, seen: &Maps, solve_ms: f64) -> RawMesh {
-        let maps = surface.maps(self.target.template().mesh()).within(seen);
-        RawMesh::of(surface, &maps, solve_ms)
-    }
+/// What is in `place`, made when it is first needed.
+fn made<T, E>(place: &mut Option<T>, make: impl FnOnce() -> Result<T, E>) -> Result<&mut T, E> {
+    Ok(match place {
+        Some(made) => made,
+        none => none.insert(make()?),
+    })
 }
 
 fn grade_object(grade: &PictureGrade) -> JsValue {

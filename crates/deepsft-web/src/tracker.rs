@@ -1,7 +1,7 @@
 //! The tracker: a session of one video, its arguments and results as JavaScript has them.
 
 use crate::{
-    clock::{Stopwatch, now_ms},
+    clock::{Stopwatch, now_s},
     failure::{Code, Failure},
     input::{camera_from, files_from, picture_from, printed_sheet, template_from, view_from},
     mesh::positions,
@@ -9,11 +9,11 @@ use crate::{
     settle,
 };
 use deepsft::{
-    DeepSftError, ImageSize, ModelBundle, View,
+    DeepSftError, ModelBundle, View,
     geometry::{
-        CalibratedCamera, Camera, Template, canonical_camera, glam::Vec3, tracking::OneEuroOptions, training_camera,
+        CalibratedCamera, Camera, ImageSize, Template, canonical_camera, glam::Vec3, tracking::OneEuroOptions, training_camera,
     },
-    session::{Answer, AnswerTimes, Change, Effect, Followed, Next, Question, Session, SessionOptions, Source},
+    session::{Answer, Effect, Followed, Next, Question, Session, SessionOptions, Source},
 };
 use js_sys::{Array, Float32Array, Object, Promise};
 use std::{cell::RefCell, hint::black_box, rc::Rc};
@@ -63,9 +63,12 @@ impl MeshTracker {
             smoothing: smooth.then_some(smoothing),
             ..SessionOptions::default()
         };
-        let session = Session::new(options);
+        let core = Core {
+            session: Session::new(options),
+            source: None,
+        };
         Self {
-            core: Rc::new(RefCell::new(Core { session, source: None })),
+            core: Rc::new(RefCell::new(core)),
         }
     }
 
@@ -133,7 +136,7 @@ impl MeshTracker {
     /// where it is told, a multiple of the given one with its standard deviation, a fraction of it; and what the next frame is for. Rejects
     /// with an `Error` whose `code` is `camera-intrinsics`, `image-unreadable` or `internal`.
     #[wasm_bindgen(
-        unchecked_return_type = "Promise<{ targets: { id: number, found: boolean, held: boolean, change: \"found\" | \"lost\" | null, vertices: Float32Array, confidence: Float32Array, correlation: number, iterations: number }[], afresh: boolean, focal: { ratio: number, deviation: number } | null, next: { focal: number, intervalMs: number, question: { ids: number[], onlyConfirms: boolean } | null }, warpMs: number, trackMs: number }>"
+        unchecked_return_type = "Promise<{ targets: { id: number, found: boolean, held: boolean, vertices: Float32Array, confidence: Float32Array, correlation: number, iterations: number }[], afresh: boolean, focal: { ratio: number, deviation: number } | null, next: { focal: number, intervalMs: number, question: { ids: number[], onlyConfirms: boolean } | null }, warpMs: number, trackMs: number }>"
     )]
     pub fn follow(
         &self,
@@ -162,34 +165,26 @@ impl MeshTracker {
                 core.session.restart();
             }
             if let Some(targets) = asked {
-                core.session.ask(Question { targets, only_confirms }, now_ms() / 1000.0);
+                core.session.ask(Question { targets, only_confirms }, now_s());
             }
             core.follow((time_s, focal), &source, &mut View::new(&picture, &camera))
         })
     }
 
-    /// Where finders see the targets in the frame that they were asked about. It took them `took_ms`, and the page last missed a frame
-    /// `since_missed_ms` ago.
+    /// Where finders see the targets in the frame that they were asked about. The page last missed a frame `since_missed_ms` ago.
     ///
     /// Resolves to what the tracker makes of it, and what the next frame is for. Rejects with an `Error` whose `code` is `image-unreadable`
     /// or `internal`.
     #[wasm_bindgen(
         unchecked_return_type = "Promise<{ effects: { id: number, effect: \"started\" | \"confirmed\" | \"restarted\" | \"dropped\" | \"ignored\" }[], next: { focal: number, intervalMs: number, question: { ids: number[], onlyConfirms: boolean } | null } | null }>"
     )]
-    pub fn answer(&self, answers: Vec<RawAnswer>, took_ms: f64, since_missed_ms: f64) -> Promise {
+    pub fn answer(&self, answers: Vec<RawAnswer>, since_missed_ms: f64) -> Promise {
         let core = Rc::clone(&self.core);
         settle::promise(async move {
             let answers = answers.iter().map(answer_from).collect::<Vec<Answer>>();
-            let times = AnswerTimes {
-                now_s: now_ms() / 1000.0,
-                took_s: took_ms / 1000.0,
-                since_missed_s: since_missed_ms / 1000.0,
-            };
             let core = &mut *core.borrow_mut();
-            let effects = core
-                .session
-                .answer(&answers, times)
-                .map_err(|error| Failure::of_frame(&error, false))?;
+            let heard = core.session.answer(&answers, now_s(), since_missed_ms / 1000.0);
+            let effects = heard.map_err(|error| Failure::of_frame(&error, false))?;
             let effect =
                 |effect: &Effect| object([("id", effect.target.into()), ("effect", effect.update.name().into())]);
             Ok(object([
@@ -277,7 +272,7 @@ impl Core {
             view,
             question,
             interval_s,
-        } = self.session.next(source, now_ms() / 1000.0);
+        } = self.session.next(source, now_s());
         let question = question.map_or(JsValue::NULL, |Question { targets, only_confirms }| {
             let ids = Array::from_iter(targets.into_iter().map(JsValue::from));
             object([("ids", ids.into()), ("onlyConfirms", only_confirms.into())]).into()
@@ -327,10 +322,6 @@ fn focal_ratio(found: &CalibratedCamera) -> Object {
 
 /// A target in one frame: a plain object, whose arrays belong to JavaScript.
 fn target_object(followed: &Followed) -> Object {
-    let change = followed.change.map_or(JsValue::NULL, |change| match change {
-        Change::Found => "found".into(),
-        Change::Lost => "lost".into(),
-    });
     let (vertices, confidence) = match &followed.surface {
         Some(surface) => (surface.vertices_camera.as_slice(), surface.confidence.as_slice()),
         None => (&[][..], &[][..]),
@@ -339,7 +330,6 @@ fn target_object(followed: &Followed) -> Object {
         ("id", followed.target.into()),
         ("found", followed.found.into()),
         ("held", followed.held.into()),
-        ("change", change),
         ("vertices", positions(vertices).into()),
         ("confidence", Float32Array::from(confidence).into()),
         ("correlation", followed.correlation.into()),

@@ -70,11 +70,12 @@ pub struct Accuracy {
 }
 
 /// What a bundle says beside its weights and template.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ModelCard {
     /// Name for people.
     pub name: String,
     /// SPDX expression; `None` where none is stated.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub licence: Option<String>,
     /// When a frame counts as showing the template.
     pub found: FoundRule,
@@ -87,14 +88,10 @@ pub struct ModelCard {
 #[derive(Clone, Serialize, Deserialize)]
 struct Manifest {
     format_version: u32,
-    name: String,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    licence: Option<String>,
+    #[serde(flatten)]
+    card: ModelCard,
     network: NetworkConfig,
     training_camera: serde_json::Value,
-    found: FoundRule,
-    provenance: Provenance,
-    accuracy: Accuracy,
     files: BTreeMap<String, FileEntry>,
 }
 
@@ -148,27 +145,7 @@ impl ModelBundle {
             config: manifest.network,
         };
         network.check().map_err(|error| content(WEIGHTS_FILE, &error))?;
-        let Manifest {
-            name,
-            licence,
-            found,
-            provenance,
-            accuracy,
-            ..
-        } = manifest;
-        let card = ModelCard {
-            name,
-            licence,
-            found,
-            provenance,
-            accuracy,
-        };
-        Ok(Self {
-            network,
-            template,
-            camera,
-            card,
-        })
+        Ok(Self::new(network, template, camera, manifest.card))
     }
 
     /// Template and camera of a bundle without its network, for those who only fit meshes: of its files the
@@ -188,11 +165,8 @@ impl ModelBundle {
     /// # Errors
     /// As [`ModelBundle::from_files`] for the description.
     pub fn file_names(model_json: &[u8]) -> Result<Vec<(String, u64)>, DeepSftError> {
-        Ok(read_manifest(model_json)?
-            .files
-            .into_iter()
-            .map(|(name, entry)| (name, entry.size))
-            .collect())
+        let listed = read_manifest(model_json)?.files.into_iter();
+        Ok(listed.map(|(name, entry)| (name, entry.size)).collect())
     }
 
     /// The bundle's files by name: what an estimator needs and the description that lists it. Whatever
@@ -208,21 +182,14 @@ impl ModelBundle {
         for (name, bytes) in template_to_files(&self.template)? {
             files.insert(format!("{TEMPLATE_FOLDER}{name}"), bytes);
         }
-        let entries = files
-            .iter()
-            .map(|(name, bytes)| (name.clone(), FileEntry::of(bytes)))
-            .collect();
+        let entries = files.iter().map(|(name, bytes)| (name.clone(), FileEntry::of(bytes)));
         let training_camera = serde_json::from_str(&camera_to_json(&self.camera));
         let manifest = Manifest {
             format_version: FORMAT_VERSION,
-            name: self.card.name.clone(),
-            licence: self.card.licence.clone(),
+            card: self.card.clone(),
             network: self.network.config.clone(),
             training_camera: training_camera.map_err(|e| content(MODEL_FILE, &e))?,
-            found: self.card.found,
-            provenance: self.card.provenance.clone(),
-            accuracy: self.card.accuracy.clone(),
-            files: entries,
+            files: entries.collect(),
         };
         let mut json = serde_json::to_vec_pretty(&manifest).map_err(|e| content(MODEL_FILE, &e))?;
         json.push(b'\n');
@@ -272,10 +239,9 @@ impl Manifest {
 
     /// A file that the description lists.
     fn listed<'a>(&self, files: &'a BTreeMap<String, Vec<u8>>, name: &str) -> Result<&'a [u8], DeepSftError> {
-        if self.files.contains_key(name) {
-            file(files, name)
-        } else {
-            Err(DeepSftError::BundleFileMissing { file: name.to_owned() })
+        match self.files.contains_key(name) {
+            true => file(files, name),
+            false => Err(DeepSftError::BundleFileMissing { file: name.to_owned() }),
         }
     }
 
@@ -284,10 +250,8 @@ impl Manifest {
         let camera = camera_from_json(self.training_camera.to_string().as_bytes())?;
         let description = TemplateFile::parse(self.listed(files, &format!("{TEMPLATE_FOLDER}{TEMPLATE_FILE}"))?)?;
         let texture = self.listed(files, &format!("{TEMPLATE_FOLDER}{}", description.texture()))?;
-        let mesh = match description.mesh() {
-            Some(name) => Some(self.listed(files, &format!("{TEMPLATE_FOLDER}{name}"))?),
-            None => None,
-        };
+        let mesh = description.mesh();
+        let mesh = mesh.map(|name| self.listed(files, &format!("{TEMPLATE_FOLDER}{name}"))).transpose()?;
         let template = description.template(texture, mesh)?;
         let fits = self.network.check_fits(&template, &camera);
         fits.map_err(|error| content(MODEL_FILE, &error))?;
@@ -310,10 +274,7 @@ fn file<'a>(files: &'a BTreeMap<String, Vec<u8>>, name: &str) -> Result<&'a [u8]
 }
 
 fn read_manifest(json: &[u8]) -> Result<Manifest, DeepSftError> {
-    let malformed = |e: serde_json::Error| DeepSftError::BundleContent {
-        file: MODEL_FILE.to_owned(),
-        reason: e.to_string(),
-    };
+    let malformed = |error: serde_json::Error| content(MODEL_FILE, &error);
     let Versioned { format_version: actual } = serde_json::from_slice(json).map_err(malformed)?;
     if actual != FORMAT_VERSION {
         return Err(DeepSftError::BundleVersion {

@@ -196,28 +196,18 @@ impl Estimator {
         Ok(CanonicalWarp::new(camera, &canonical).apply(image)?)
     }
 
-    /// Stage 2, the network: maps of a canonical image, upright or across, small islands of the mask removed.
+    /// Stage 2, the network: maps of a canonical image, upright or across, small islands of the mask removed. `view` took it: the canonical
+    /// camera or one that is zoomed out. The network sees what is at a depth z as large as the training camera sees it at z over the zoom:
+    /// its depths are corrected by that factor.
     ///
     /// # Errors
     /// [`DeepSftError::Geometry`] when the image is not canonical, [`DeepSftError::Execution`] when the
     /// device fails.
-    pub async fn infer(&self, canonical: &Picture) -> Result<Maps, DeepSftError> {
-        let answer = [Stage::RegistrationRefinement];
-        let mut maps = self.run(canonical, &answer, None).await?;
-        let mut maps = maps
-            .pop()
-            .unwrap_or_else(|| Maps::empty(canonical.width(), canonical.height()));
+    pub async fn infer(&self, canonical: &Picture, view: &Camera) -> Result<Maps, DeepSftError> {
+        let mut maps = self.run(canonical, &[Stage::RegistrationRefinement], None).await?;
+        let maps = maps.pop();
+        let mut maps = maps.unwrap_or_else(|| Maps::empty(canonical.width(), canonical.height()));
         remove_islands(&mut maps, MIN_PIECE);
-        Ok(maps)
-    }
-
-    /// As [`Estimator::infer`], of an image of `view`, the canonical camera or one that is zoomed out. The network sees what is at a depth z
-    /// as large as the training camera sees it at z over the zoom: its depths are corrected by that factor.
-    ///
-    /// # Errors
-    /// As [`Estimator::infer`].
-    pub async fn infer_in(&self, canonical: &Picture, view: &Camera) -> Result<Maps, DeepSftError> {
-        let mut maps = self.infer(canonical).await?;
         let zoom = (view.focal().x / self.canonical_camera(view.size()).focal().x) as f32;
         if zoom != 1.0 {
             maps.scale_depth(zoom);
@@ -226,37 +216,26 @@ impl Estimator {
     }
 
     /// Stage 2 taken apart, for ablations: the maps that the network has after each of its blocks, small islands removed. The last
-    /// are those of [`Estimator::infer`].
+    /// are those of [`Estimator::infer`]. With `seen` (row-major) they are at its pixels and nowhere else, whatever the network's own mask
+    /// says there: for comparing models over the same pixels.
     ///
     /// The compact network's mask does not depend on the stage. That of the paper's network is where the depth of the same
     /// stage says that something is seen.
     ///
     /// # Errors
-    /// As [`Estimator::infer`].
-    pub async fn infer_stages(&self, canonical: &Picture) -> Result<Vec<(Stage, Maps)>, DeepSftError> {
-        let mut stages = self.at_stages(canonical, None).await?;
-        for (_, maps) in &mut stages {
-            remove_islands(maps, MIN_PIECE);
-        }
-        Ok(stages)
-    }
-
-    /// As [`Estimator::infer_stages`], at the pixels of `seen` (row-major) and nowhere else, whatever the network's own mask
-    /// says there: for comparing models over the same pixels.
-    ///
-    /// # Errors
     /// As [`Estimator::infer`], and [`DeepSftError::Geometry`] when `seen` has another number of pixels than the image.
-    pub async fn infer_stages_where(
+    pub async fn infer_stages(
         &self,
         canonical: &Picture,
-        seen: &[bool],
+        seen: Option<&[bool]>,
     ) -> Result<Vec<(Stage, Maps)>, DeepSftError> {
-        self.at_stages(canonical, Some(seen)).await
-    }
-
-    async fn at_stages(&self, canonical: &Picture, seen: Option<&[bool]>) -> Result<Vec<(Stage, Maps)>, DeepSftError> {
         let stages = self.stages();
-        let maps = self.run(canonical, stages, seen).await?;
+        let mut maps = self.run(canonical, stages, seen).await?;
+        if seen.is_none() {
+            for maps in &mut maps {
+                remove_islands(maps, MIN_PIECE);
+            }
+        }
         Ok(stages.iter().copied().zip(maps).collect())
     }
 
@@ -356,7 +335,7 @@ impl Estimator {
             let began = clock_ms();
             let canonical = CanonicalWarp::new(camera, view).apply(image)?;
             let warped = clock_ms();
-            let maps = self.infer_in(&canonical, view).await?;
+            let maps = self.infer(&canonical, view).await?;
             let inferred = clock_ms();
             let estimate = self.estimate_of(canonical, *view, maps)?;
             times.warp_ms += warped - began;

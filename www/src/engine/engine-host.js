@@ -7,8 +7,8 @@ import { closeFrame } from "../frames/image-input.js";
 import { addSource } from "../targets/add-source.js";
 import { probeWebGpu } from "./webgpu.js";
 
-/** @import { RawEstimate as EngineEstimate, RawMesh as EngineMesh } from "../../pkg/deepsft_web.js" */
-/** @import { EngineInfo, EstimateRequest, FindRequest, MeshRequest, PhotographRequest, RawEstimate, RawFinding, RawMesh, ScanRequest, StartRequest, TargetDescription, TargetRequest } from "./engine-worker.js" */
+/** @import { RawEstimate as EngineEstimate } from "../../pkg/deepsft_web.js" */
+/** @import { EngineInfo, EstimateRequest, FinderName, FindRequest, MeshRequest, PhotographRequest, RawEstimate, RawFinding, RawMesh, ScanRequest, StartRequest, TargetDescription, TargetRequest } from "./engine-worker.js" */
 /** @import { RawScan } from "../targets/scan.js" */
 
 /** Number of the model's target. */
@@ -21,19 +21,21 @@ const MAX_FILE_BYTES = 1 << 24;
 let engine;
 
 /**
- * The device to use, and why not WebGPU when `auto` cannot have it.
+ * The device to use, why not WebGPU when `auto` cannot have it, and what the browser says of the adapter: the engine hears only the
+ * adapter's description, which browsers leave empty.
  *
  * @param {"auto" | "webgpu" | "cpu"} wanted
- * @returns {Promise<{ device: "webgpu" | "cpu", fallback: EngineInfo["fallback"] }>}
+ * @returns {Promise<{ device: "webgpu" | "cpu", fallback: EngineInfo["fallback"], adapter?: Partial<EngineInfo> }>}
  */
 async function chooseDevice(wanted) {
   if (wanted === "cpu") return { device: "cpu", fallback: null };
-  const { usable, software, reason } = await probeWebGpu();
+  const { usable, software, adapterName, reason } = await probeWebGpu();
+  const adapter = { ...(adapterName && { adapterName }), ...(software && { software }) };
   if (wanted === "webgpu") {
     if (!usable) throw new DeepSftError("webgpu-unavailable", reason);
-    return { device: "webgpu", fallback: null };
+    return { device: "webgpu", fallback: null, adapter };
   }
-  if (usable && !software) return { device: "webgpu", fallback: null };
+  if (usable && !software) return { device: "webgpu", fallback: null, adapter };
   // An emulated adapter takes many times as long as the CPU path on the same processor.
   const message = usable ? "WebGPU here is only emulated in software, which is slower than the CPU itself." : reason;
   return { device: "cpu", fallback: { code: "webgpu-unavailable", message } };
@@ -50,11 +52,11 @@ function started() {
  */
 export async function start({ module, files, device: wanted }) {
   // Only a network needs a GPU.
-  const { device, fallback } = files ? await chooseDevice(wanted) : { device: "cpu", fallback: null };
+  const { device, fallback, adapter } = await chooseDevice(files ? wanted : "cpu");
   await initialise({ module_or_path: module });
-  engine = await Engine.create(files ?? undefined, /** @type {"cpu" | "webgpu"} */ (device));
+  engine = await Engine.create(files ?? undefined, device);
   const model = engine.describeTarget(MODEL_TARGET) ?? null;
-  return { value: { info: { ...engine.info(), fallback }, model }, transfer: model ? [model.rgba.buffer] : [] };
+  return { value: { info: { ...engine.info(), ...adapter, fallback }, model }, transfer: model ? [model.rgba.buffer] : [] };
 }
 
 /**
@@ -117,7 +119,8 @@ async function estimated({ id, frame, intrinsics, fit }) {
   const raw = await started().estimate(id, rgba, frame.width, frame.height, new Float64Array(intrinsics));
   const { value, transfer } = carried(raw, frame instanceof ImageData ? null : frame, readMs);
   if (fit && value.found && !value.fitted) {
-    value.fitted = await solvedMesh({ ...value, id });
+    const { width, focal, depth, registration, canonical } = value;
+    value.fitted = await started().mesh(id, width, focal, depth, registration, canonical);
     if (value.fitted) ({ depth: value.depth, registration: value.registration } = value.fitted);
   }
   const { depth, registration, fitted } = value;
@@ -152,55 +155,26 @@ function read(frame) {
 /**
  * An estimate as it crosses to the page.
  *
- * @param {EngineEstimate} raw freed here
+ * @param {EngineEstimate} raw
  * @param {ImageBitmap | null} bitmap handed back
  * @param {number} readMs
  * @returns {{ value: RawEstimate, transfer: Transferable[] }}
  */
 function carried(raw, bitmap, readMs) {
-  try {
-    const { width, focal, depth, registration, mask, canonical, found, confidence, by, times } = raw;
-    const fitted = raw.takeFitted();
-    const mesh = fitted ? plainMesh(fitted) : null;
-    return {
-      value: {
-        ...{ width, focal, depth, registration, mask, canonical, found, confidence, by: by ?? null },
-        ...{ times: { ...times }, readMs, bitmap, fitted: found ? mesh : null },
-      },
-      transfer: [depth.buffer, registration.buffer, mask.buffer, canonical.buffer, ...(bitmap ? [bitmap] : [])],
-    };
-  } finally {
-    raw.free();
-  }
+  const { depth, registration, mask, canonical } = raw;
+  const by = /** @type {FinderName | null} */ (raw.by);
+  return {
+    value: { ...raw, by, fitted: raw.found ? raw.fitted : null, readMs, bitmap },
+    transfer: [...[depth, registration, mask, canonical].map(({ buffer }) => buffer), ...(bitmap ? [bitmap] : [])],
+  };
 }
 
 /**
  * @param {MeshRequest} request
  * @returns {Promise<{ value: RawMesh | null, transfer: Transferable[] }>}
  */
-export async function mesh(request) {
-  const value = await solvedMesh(request);
+export async function mesh({ id, width, focal, depth, registration, canonical }) {
+  const value = await started().mesh(id, width, focal, depth, registration, canonical ?? undefined);
   const arrays = value ? [value.vertices, value.confidence, value.depth, value.registration] : [];
   return { value, transfer: arrays.map(({ buffer }) => buffer) };
-}
-
-/**
- * @param {MeshRequest} request
- * @returns {Promise<RawMesh | null>}
- */
-async function solvedMesh({ id, width, focal, depth, registration, canonical }) {
-  const raw = await (canonical === null
-    ? started().complete(id, width, focal, depth, registration)
-    : started().fit(id, width, focal, depth, registration, canonical));
-  return raw ? plainMesh(raw) : null;
-}
-
-/**
- * @param {EngineMesh} raw freed here
- * @returns {RawMesh}
- */
-function plainMesh(raw) {
-  const { vertices, confidence, depth, registration, solveMs } = raw;
-  raw.free();
-  return { vertices, confidence, depth, registration, solveMs };
 }

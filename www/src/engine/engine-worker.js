@@ -27,6 +27,8 @@ import { WorkerCalls } from "./worker-calls.js";
  * @typedef {{ warpMs: number, networkMs: number, judgeMs: number, featuresMs: number }} EngineTimes
  */
 
+/** @typedef {"network" | "features"} FinderName */
+
 /**
  * The maps of one frame as they cross from the worker.
  *
@@ -39,7 +41,7 @@ import { WorkerCalls } from "./worker-calls.js";
  * @property {Uint8ClampedArray} canonical
  * @property {boolean} found
  * @property {number} confidence
- * @property {"network" | "features" | null} by which finder gave the maps
+ * @property {FinderName | null} by which finder gave the maps
  * @property {EngineTimes} times
  * @property {number} readMs time to read the frame's pixels
  * @property {ImageBitmap | null} bitmap the frame, where it is handed back

@@ -18,6 +18,7 @@ const SOFTWARE_NAMES = /swiftshader|llvmpipe|lavapipe|softpipe|basic render|\bwa
  * @typedef {object} WebGpuProbe
  * @property {boolean} usable
  * @property {boolean} software whether the adapter is emulated on the CPU
+ * @property {string} adapterName empty where the browser does not say
  * @property {string} reason a sentence when not usable, else empty
  */
 
@@ -28,7 +29,7 @@ const SOFTWARE_NAMES = /swiftshader|llvmpipe|lavapipe|softpipe|basic render|\bwa
  */
 export async function probeWebGpu() {
   const gpu = /** @type {any} */ (navigator).gpu;
-  const unusable = (/** @type {string} */ reason) => ({ usable: false, software: false, reason });
+  const unusable = (/** @type {string} */ reason) => ({ usable: false, software: false, adapterName: "", reason });
   if (!gpu) return unusable("This browser has no WebGPU.");
   let adapter;
   try {
@@ -44,5 +45,6 @@ export async function probeWebGpu() {
   const { vendor = "", architecture = "", device = "", description = "", isFallbackAdapter } = adapter.info ?? {};
   const software =
     isFallbackAdapter === true || SOFTWARE_NAMES.test([vendor, architecture, device, description].join(" "));
-  return { usable: true, software, reason: "" };
+  const adapterName = [vendor, architecture, description].filter(Boolean).join(" ");
+  return { usable: true, software, adapterName, reason: "" };
 }

@@ -2,7 +2,13 @@
 
 import { CANONICAL_FOCAL } from "../camera/canonical.js";
 
-/** @import { AnswerEffect, AnswerRequest, FollowRequest, NextFrame, RawTracked, TrackerStartRequest, TrackerWorker } from "./tracker-worker.js" */
+/** @import { AnswerEffect, AnswerRequest, FollowRequest, NextFrame, RawTracked, RawTrackedTarget, TrackerStartRequest, TrackerWorker } from "./tracker-worker.js" */
+
+/**
+ * The meshes in one frame, and which targets are found, or no longer, since they were last told.
+ *
+ * @typedef {Omit<RawTracked, "targets"> & { targets: (RawTrackedTarget & { changed: boolean })[] }} ToldFrame
+ */
 
 /** So many workers in a row may die without having heard an answer of the finders and followed a frame after it. */
 const MAX_DEATHS = 2;
@@ -48,7 +54,7 @@ export class LastingTracker {
 
   /**
    * @param {FollowRequest} request
-   * @returns {Promise<RawTracked>}
+   * @returns {Promise<ToldFrame>}
    */
   async follow(request) {
     if (request.question) this.#asked.push(this.#worker);
@@ -56,12 +62,10 @@ export class LastingTracker {
     // Nothing is followed before the first answer: it is then that a worker has most to do.
     if (followed && this.#hearing === this.#worker) this.#deaths = 0;
     const tracked = followed ?? this.#lost(request);
-    for (const target of tracked.targets) {
-      // Another worker does not know what was told before.
-      if (target.found !== this.#found.has(target.id)) target.change = target.found ? "found" : "lost";
-      this.#found[target.found ? "add" : "delete"](target.id);
-    }
-    return tracked;
+    // A worker does not know what was told before it was started.
+    const targets = tracked.targets.map((target) => ({ ...target, changed: target.found !== this.#found.has(target.id) }));
+    this.#found = new Set(targets.flatMap(({ id, found }) => (found ? [id] : [])));
+    return { ...tracked, targets };
   }
 
   /**
@@ -125,7 +129,7 @@ export class LastingTracker {
    */
   #lost({ focal = CANONICAL_FOCAL }) {
     const nothing = { vertices: new Float32Array(), confidence: new Float32Array(), correlation: 0, iterations: 0 };
-    const targets = (this.#request?.targets ?? []).map(({ id }) => ({ id, found: false, held: false, change: null, ...nothing }));
+    const targets = (this.#request?.targets ?? []).map(({ id }) => ({ id, found: false, held: false, ...nothing }));
     const next = { focal, intervalMs: 0, question: null };
     return { targets, afresh: true, focal: null, next, times: { warpMs: 0, trackMs: 0 }, readMs: 0 };
   }

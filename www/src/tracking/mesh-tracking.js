@@ -16,8 +16,8 @@ import { VideoFrames } from "../frames/video-frames.js";
 /** @import { Estimate } from "../results/estimate.js" */
 /** @import { CameraOption, SourcedCamera } from "../camera/intrinsics.js" */
 /** @import { Target } from "../targets/target.js" */
-/** @import { LastingTracker } from "./lasting-tracker.js" */
-/** @import { FinderQuestion, NextFrame, RawTracked, TrackerStartRequest } from "./tracker-worker.js" */
+/** @import { LastingTracker, ToldFrame } from "./lasting-tracker.js" */
+/** @import { FinderQuestion, NextFrame, TrackerStartRequest } from "./tracker-worker.js" */
 
 /**
  * A focal length that was found from a sheet that bends: of images of `width` x `height` pixels, with its standard deviation
@@ -162,7 +162,7 @@ export class MeshTracking {
         const target = this.#followed.get(one.id);
         if (!target) return [];
         const mesh = one.found ? new SurfaceMesh(one, target.mesh, "tracking") : null;
-        return [{ change: one.change, tracked: new TrackedTarget({ ...one, target, mesh }) }];
+        return [{ changed: one.changed, tracked: new TrackedTarget({ ...one, target, mesh }) }];
       });
       // Where a frame waits already, the worker follows it while the page draws this one.
       next = this.#frames.waiting ? await this.#begin(video, true) : null;
@@ -176,10 +176,7 @@ export class MeshTracking {
         frame,
       });
       const { onFound, onLost, onTracked } = this.#parts;
-      for (const { change, tracked: { target } } of seen) {
-        if (change === "found") onFound?.(target, tracked);
-        if (change === "lost") onLost?.(target, tracked);
-      }
+      for (const { changed, tracked: { target, found } } of seen) if (changed) (found ? onFound : onLost)?.(target, tracked);
       onTracked(tracked);
       if (raw.focal) this.#tellFocal(current, raw.focal);
     }
@@ -303,14 +300,13 @@ export class MeshTracking {
       question.canonical?.close();
       return question.frame.close();
     }
-    const began = performance.now();
     try {
       const { answers, estimate } = await find(question);
       if (this.#stopped) return estimate?.close();
       const now = performance.now();
       if (Number.isFinite(this.#answeredAt)) this.#networkFps = 1000 / (now - this.#answeredAt);
       this.#answeredAt = now;
-      const heard = tracker.answer({ answers, tookMs: now - began, sinceMissedMs: now - this.#frames.missedAt });
+      const heard = tracker.answer({ answers, sinceMissedMs: now - this.#frames.missedAt });
       // Should the callback throw, nobody waits for this any more.
       heard.catch(() => undefined);
       if (estimate && number < this.#viewBegan) estimate.close();
@@ -333,5 +329,5 @@ export class MeshTracking {
  * @property {{ width: number, height: number }} size with which the frame came, pixels
  * @property {number} began when the tracker was free for it, milliseconds
  * @property {number} grabMs
- * @property {Promise<RawTracked>} answer
+ * @property {Promise<ToldFrame>} answer
  */

@@ -66,10 +66,10 @@ export async function follow({ timeS, afresh = false, frame, intrinsics, source,
  * @param {AnswerRequest} request
  * @returns {Promise<{ value: { effects: AnswerEffect[], next: NextFrame | null, answerMs: number }, transfer: Transferable[] }>}
  */
-export async function answer({ answers, tookMs, sinceMissedMs }) {
+export async function answer({ answers, sinceMissedMs }) {
   const tracker = await started();
   const began = performance.now();
-  const { effects, next } = await tracker.answer(answers, tookMs, sinceMissedMs);
+  const { effects, next } = await tracker.answer(answers, sinceMissedMs);
   return { value: { effects, next, answerMs: performance.now() - began }, transfer: [] };
 }
 

@@ -38,7 +38,7 @@ import { WorkerCalls } from "../engine/worker-calls.js";
  * @typedef {{ focal: number, intervalMs: number, question: FinderQuestion | null }} NextFrame
  */
 
-/** What the finders say, how long that took, and how long ago a frame was missed. @typedef {{ answers: RawAnswer[], tookMs: number, sinceMissedMs: number }} AnswerRequest */
+/** What the finders say, and how long ago a frame was missed. @typedef {{ answers: RawAnswer[], sinceMissedMs: number }} AnswerRequest */
 
 /**
  * What the tracker made of an answer for a target.
@@ -49,7 +49,7 @@ import { WorkerCalls } from "../engine/worker-calls.js";
 /**
  * One target in a frame: `vertices` and `confidence` are empty unless found.
  *
- * @typedef {{ id: number, found: boolean, held: boolean, change: "found" | "lost" | null, vertices: Float32Array, confidence: Float32Array, correlation: number, iterations: number }} RawTrackedTarget
+ * @typedef {{ id: number, found: boolean, held: boolean, vertices: Float32Array, confidence: Float32Array, correlation: number, iterations: number }} RawTrackedTarget
  */
 
 /**

@@ -36,7 +36,7 @@ fn try_out(bundle: &ModelBundle) -> Result<()> {
     let (estimator, _) = input::estimator(bundle, DeviceKind::Cpu)?;
     let camera = estimator.training_camera();
     let image = Picture::from_fn(camera.width(), camera.height(), |x, y| [x as u8, y as u8, 128]);
-    let maps = pollster::block_on(estimator.infer(&image))?;
+    let maps = pollster::block_on(estimator.infer(&image, camera))?;
     if !is_finite(&maps) {
         bail!("the network's maps hold values that are no numbers");
     }

@@ -12,7 +12,7 @@ use crate::video::Video;
 use crate::{interruption, progress};
 use anyhow::{Result, anyhow};
 use clap::Args;
-use deepsft::session::{Asking, SessionOptions, TrackedFrame, VideoFollower, VideoOptions};
+use deepsft::session::{SessionOptions, TrackedFrame, VideoFollower, VideoOptions};
 use deepsft::{DeviceKind, View, encode_png};
 use deepsft_formats::FormatError;
 use deepsft_geometry::glam::DVec3;
@@ -115,7 +115,7 @@ impl TrackArguments {
         VideoOptions {
             session: SessionOptions {
                 smoothing: self.smooth.then(OneEuroOptions::default),
-                asking: self.find_every.map_or(Asking::AsNeeded, Asking::Every),
+                ask_every: self.find_every,
                 ..SessionOptions::default()
             },
             delay: match self.find_every {

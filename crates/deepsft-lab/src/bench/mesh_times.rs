@@ -31,7 +31,7 @@ pub fn measure(bundle: &ModelBundle) -> Result<MeshTimes> {
     let frames = workload::clip(bundle)?;
     let maps: Vec<Maps> = frames
         .iter()
-        .map(|image| pollster::block_on(estimator.infer(image)))
+        .map(|image| pollster::block_on(estimator.infer(image, &camera)))
         .collect::<Result<_, _>>()?;
 
     let mut fitter = FrameFitter::new(bundle.template(), FitOptions::default())?;

@@ -156,6 +156,7 @@ pub fn take(bundle: &ModelBundle, image: &Picture) -> Result<()> {
     let camera = workload::camera(bundle)?;
     let estimator = reading::estimator(bundle)?;
     let canonical = estimator.canonical_image(image, &camera)?;
+    let view = estimator.canonical_camera(camera.size());
     let ImageSize { width, height } = canonical.size();
     let mut executor = bundle.network().executor(canonical.size())?;
     let (mut maps, all) = (Maps::empty(width, height), vec![true; width * height]);
@@ -168,7 +169,7 @@ pub fn take(bundle: &ModelBundle, image: &Picture) -> Result<()> {
                     confidence: 0.0,
                 };
                 let canonical = timed(&mut stages.canonical_warp, || estimator.canonical_image(image, &camera))?;
-                let maps = timed(&mut stages.network, || pollster::block_on(estimator.infer(&canonical)))?;
+                let maps = timed(&mut stages.network, || pollster::block_on(estimator.infer(&canonical, &view)))?;
                 timed(&mut stages.confidence, || estimator.judge(&canonical, &maps))?;
                 serde_json::to_string(&stages)?
             }

@@ -120,7 +120,7 @@ impl Bench<'_> {
     /// What is made of `image`, which `camera` took.
     fn answer(&mut self, image: &Picture, camera: &Camera, canonical: &Camera, truth: &Maps) -> Result<Answer> {
         let seen = self.estimator.canonical_image(image, camera)?;
-        let maps = pollster::block_on(self.estimator.infer(&seen))?;
+        let maps = pollster::block_on(self.estimator.infer(&seen, canonical))?;
         let fit = self.fitter.fit(&seen, canonical, &Start::Maps(maps.clone()))?;
         let mesh = self.template.mesh();
         let fitted = fit.as_ref().map(|surface| surface.maps(mesh).within(&maps));

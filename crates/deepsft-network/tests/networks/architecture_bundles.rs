@@ -89,7 +89,8 @@ fn every_architecture_comes_back_and_says_the_same_but_for_its_rounding() {
         // network two bins may be equally likely somewhere, and the other one wins.
         assert!(off > 0.0 && off < 0.03 * size, "{off} of {size}");
         let estimator = Estimator::new(&read, &deepsft::Device::Cpu).unwrap();
-        let maps = pollster::block_on(estimator.infer(&Picture::from_fn(480, 270, |x, y| [x as u8, y as u8, 128])));
+        let image = Picture::from_fn(480, 270, |x, y| [x as u8, y as u8, 128]);
+        let maps = pollster::block_on(estimator.infer(&image, read.camera()));
         assert_eq!(maps.unwrap().width(), 480);
     }
 }

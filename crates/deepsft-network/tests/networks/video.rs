@@ -1,6 +1,6 @@
 //! The network beside the tracker: which frames the network sees, and when its detections arrive.
 
-use deepsft::session::{Asking, Detection, SessionOptions, VideoFollower, VideoOptions};
+use deepsft::session::{Detection, SessionOptions, VideoFollower, VideoOptions};
 use deepsft::{
     Accuracy, Device, DeviceKind, Finder, FoundRule, ModelBundle, ModelCard, NetworkConfig, Provenance, Target,
     TargetFinder, View,
@@ -33,7 +33,7 @@ fn bundle() -> ModelBundle {
 
 /// For each of some grey frames, whether the network ran on it and of which frame a detection arrived. The clock ticks by a
 /// millisecond at each look.
-fn schedule(asking: Asking, delay: u64, frames: usize) -> Vec<(bool, Option<u64>)> {
+fn schedule(ask_every: Option<u64>, delay: u64, frames: usize) -> Vec<(bool, Option<u64>)> {
     let bundle = bundle();
     let target = Target::from_model(&bundle, &Device::Cpu).unwrap();
     let network = Finder::Network(Box::new(target.network().unwrap().clone()));
@@ -42,7 +42,7 @@ fn schedule(asking: Asking, delay: u64, frames: usize) -> Vec<(bool, Option<u64>
     let clock = || f64::from(ticks.fetch_add(1, Ordering::Relaxed) + 1);
     let options = VideoOptions {
         session: SessionOptions {
-            asking,
+            ask_every,
             ..SessionOptions::default()
         },
         delay,
@@ -77,12 +77,12 @@ fn a_delayed_network_starts_on_the_newest_frame_when_its_detection_has_arrived()
         (false, None),
         (true, Some(2)),
     ];
-    assert_eq!(schedule(Asking::AsNeeded, 2, 5), expected);
+    assert_eq!(schedule(None, 2, 5), expected);
 }
 
 #[test]
 fn a_network_that_is_waited_for_detects_at_once() {
     let expected = [(true, Some(0)), (false, None), (false, None), (true, Some(3))];
-    assert_eq!(schedule(Asking::Every(3), 0, 4), expected);
-    assert_eq!(schedule(Asking::AsNeeded, 0, 2), [(true, Some(0)), (true, Some(1))]);
+    assert_eq!(schedule(Some(3), 0, 4), expected);
+    assert_eq!(schedule(None, 0, 2), [(true, Some(0)), (true, Some(1))]);
 }

@@ -149,7 +149,7 @@ impl Evaluation {
             let mut seconds = start.elapsed().as_secs_f64();
             let reference = frame.truth.reference(&estimate.maps);
             let mut compared = match frame.truth.recorded_mask() {
-                Some(mask) => pollster::block_on(estimator.infer_stages_where(&estimate.canonical, mask))?.pop(),
+                Some(mask) => pollster::block_on(estimator.infer_stages(&estimate.canonical, Some(mask)))?.pop(),
                 None => None,
             };
             let mut network = None;
@@ -201,12 +201,12 @@ impl Evaluation {
         for (index, frame) in frames.into_iter().enumerate() {
             let frame: EvaluationFrame = frame.into();
             let canonical = estimator.canonical_image(&frame.image, &frame.camera)?;
-            let stages = pollster::block_on(estimator.infer_stages(&canonical))?;
+            let stages = pollster::block_on(estimator.infer_stages(&canonical, None))?;
             let Some((_, answer)) = stages.last() else { continue };
             // The same pixels for all stages.
             let reference = frame.truth.reference(answer).into_owned();
             let compared = match frame.truth.recorded_mask() {
-                Some(mask) => pollster::block_on(estimator.infer_stages_where(&canonical, mask))?,
+                Some(mask) => pollster::block_on(estimator.infer_stages(&canonical, Some(mask)))?,
                 None => stages.clone(),
             };
             for (((_, row), (_, maps)), (_, compared)) in rows.iter_mut().zip(stages).zip(compared) {

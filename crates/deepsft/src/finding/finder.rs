@@ -2,10 +2,11 @@
 
 use super::finder_kind::FinderKind;
 use super::picture_descriptors::{PictureDescriptors, SharedDescriptorNetwork};
+use super::target::Target;
 use super::view::View;
 use crate::error::DeepSftError;
 use crate::estimator::Estimator;
-use deepsft_finding::{FeatureFinder, FoundSheet, Match, PictureTarget};
+use deepsft_finding::{FeatureFinder, FoundSheet, Match};
 use deepsft_geometry::fitting::Start;
 use deepsft_geometry::{Camera, Template};
 
@@ -43,7 +44,7 @@ impl DescriptorFinder {
         Ok(Self {
             picture: network.describe_picture(template)?,
             network: network.clone(),
-            features: FeatureFinder::new(PictureTarget::from_template(template.clone())?)?,
+            features: FeatureFinder::new(template.clone())?,
         })
     }
 
@@ -72,6 +73,21 @@ impl DescriptorFinder {
 }
 
 impl Finder {
+    /// The finders that `target` can have, in the order in which they are asked: its network, and features for a sheet.
+    ///
+    /// # Errors
+    /// [`GeometryError::NotASheet`](deepsft_geometry::GeometryError::NotASheet) for a template that is no sheet and has no network: nothing
+    /// could find it.
+    pub fn all(target: &Target) -> Result<Vec<Self>, DeepSftError> {
+        let network = target.network().cloned();
+        let mut finders: Vec<Self> = network.map(Box::new).map(Self::Network).into_iter().collect();
+        if target.template().is_sheet() || finders.is_empty() {
+            let features = FeatureFinder::new(target.template().clone())?;
+            finders.push(Self::Features(Box::new(features)));
+        }
+        Ok(finders)
+    }
+
     /// Its kind.
     pub fn kind(&self) -> FinderKind {
         match self {
@@ -96,7 +112,7 @@ impl Finder {
         let sheet = match self {
             Self::Network(network) => {
                 let image = view.canonical(canonical)?;
-                let maps = network.infer_in(image, canonical).await?;
+                let maps = network.infer(image, canonical).await?;
                 let judgement = network.judge(image, &maps)?;
                 // Where the target is not in the image, the mask is empty or nearly so.
                 let is_seen = network.covers_enough(judgement.area);

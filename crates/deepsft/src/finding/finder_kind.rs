@@ -2,15 +2,15 @@
 
 use serde::Serialize;
 
-/// The ways of finding.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+/// The ways of finding; of unsure sightings those of the first are right most often.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
 #[non_exhaustive]
 pub enum FinderKind {
-    /// The network that was trained for the target.
-    Network,
     /// Corners and binary descriptors of the target's picture.
     Features,
+    /// The network that was trained for the target.
+    Network,
     /// The network that describes any picture; its matches gather those of the features.
     Descriptors,
 }
@@ -23,5 +23,10 @@ impl FinderKind {
             Self::Features => "features",
             Self::Descriptors => "descriptors",
         }
+    }
+
+    /// Whether a negative answer is trustworthy: a network's is; matches miss many frames that show the target.
+    pub(super) fn can_deny(self) -> bool {
+        self == Self::Network
     }
 }

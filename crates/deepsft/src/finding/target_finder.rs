@@ -7,7 +7,7 @@ use super::target::Target;
 use super::view::View;
 use crate::error::DeepSftError;
 use crate::estimate::{Estimate, Judgement};
-use deepsft_finding::{FeatureFinder, PictureGrade, PictureTarget};
+use deepsft_finding::PictureGrade;
 use deepsft_geometry::fitting::{FitOptions, FrameFitter, Start};
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::tracking::TrackingOptions;
@@ -24,8 +24,6 @@ pub struct Sighting {
     pub by: FinderKind,
     /// Vertices of the template's mesh, camera frame, mm.
     pub vertices_camera: Vec<DVec3>,
-    /// Depth (mm) and registration, where a network gave them.
-    pub maps: Option<Maps>,
 }
 
 /// The finders of one target, and the fit that judges what they see.
@@ -46,19 +44,12 @@ impl std::fmt::Debug for TargetFinder {
 }
 
 impl TargetFinder {
-    /// Prepares the finders that `target` can have: its network, and features for a sheet.
+    /// Prepares the finders that `target` can have, [`Finder::all`].
     ///
     /// # Errors
-    /// [`DeepSftError::Geometry`] for a template that is no sheet and has no network: nothing could find it.
+    /// As there.
     pub fn new(target: Target) -> Result<Self, DeepSftError> {
-        let mut finders = Vec::new();
-        if let Some(network) = target.network() {
-            finders.push(Finder::Network(Box::new(network.clone())));
-        }
-        if target.template().is_sheet() || finders.is_empty() {
-            let picture = PictureTarget::from_template(target.template().clone())?;
-            finders.push(Finder::Features(Box::new(FeatureFinder::new(picture)?)));
-        }
+        let finders = Finder::all(&target)?;
         Ok(Self::with_finders(target, finders))
     }
 
@@ -91,24 +82,29 @@ impl TargetFinder {
     /// Grades how well features find the target's picture; `None` where none of the finders uses them. Takes up to 50 ms.
     pub fn grade(&self) -> Option<PictureGrade> {
         self.finders.iter().find_map(|finder| match finder {
-            Finder::Features(features) => Some(features.target().grade()),
-            Finder::Network(_) | Finder::Descriptors(_) => None,
+            Finder::Features(features) => Some(features.grade()),
+            _ => None,
         })
     }
 
     /// Whether a negative answer is trustworthy: a network's is; features miss many frames that show the target.
     pub fn can_deny(&self) -> bool {
-        self.finders.iter().any(|finder| finder.kind() == FinderKind::Network)
+        self.finders.iter().any(|finder| finder.kind().can_deny())
     }
 
-    /// Finds where a track may start in `view` as `camera` sees it, one of the target's [`Target::canonical_views`]. The finders are asked
-    /// in turn until one is sure; the likeliest sighting comes first. Matches often see something where the target is not, so only
-    /// those count that the image confirms after a fit. A network's sighting is its own, before any fit.
+    /// Finds where a track may start in `view` as `camera` sees it, one of the target's [`Target::canonical_views`], with the depth (mm) and
+    /// registration that a network sees. The finders are asked in turn until one is sure; the likeliest sighting comes first. Matches
+    /// often see something where the target is not, so only those count that the image confirms after a fit. A network's sighting is its
+    /// own, before any fit; it has none where its maps show too little of the mesh.
     ///
     /// # Errors
-    /// As [`Finder::find`].
-    pub async fn find(&mut self, view: &mut View<'_>, camera: &Camera) -> Result<Vec<Sighting>, DeepSftError> {
-        let mut sightings = Vec::new();
+    /// As [`Finder::find`], and [`GeometryError::NotASheet`](deepsft_geometry::GeometryError::NotASheet) for a template of another shape.
+    pub async fn find(
+        &mut self,
+        view: &mut View<'_>,
+        camera: &Camera,
+    ) -> Result<(Vec<Sighting>, Option<Maps>), DeepSftError> {
+        let (mut sightings, mut seen) = (Vec::new(), None);
         for k in 0..self.finders.len() {
             let by = self.finders[k].kind();
             let Some((start, is_sure)) = self.finders[k].find(view, camera).await? else {
@@ -119,22 +115,16 @@ impl TargetFinder {
                 Start::Maps(_) => self.fitter()?.initial_mesh(camera, &start)?,
                 Start::Mesh(_) => self.confirmed(view, camera, &start)?,
             };
-            let maps = match start {
-                Start::Maps(maps) => Some(maps),
-                Start::Mesh(_) => None,
-            };
-            sightings.extend(vertices_camera.map(|vertices_camera| Sighting {
-                by,
-                vertices_camera,
-                maps,
-            }));
+            sightings.extend(vertices_camera.map(|vertices_camera| Sighting { by, vertices_camera }));
+            if let Start::Maps(maps) = start {
+                seen = Some(maps);
+            }
             if is_sure {
                 break;
             }
         }
-        // A network that is not sure, and descriptors, are right less often than features.
-        sightings.sort_by_key(|sighting| sighting.by != FinderKind::Features);
-        Ok(sightings)
+        sightings.sort_by_key(|sighting| sighting.by);
+        Ok((sightings, seen))
     }
 
     /// The fitted mesh, if a track could start from it. On a print that repeats itself the place must be clear as well.

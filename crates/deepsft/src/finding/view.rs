@@ -2,7 +2,7 @@
 
 use super::picture_descriptors::{ImageDescriptors, SharedDescriptorNetwork};
 use crate::error::DeepSftError;
-use deepsft_finding::{FeatureOptions, Features, feature_image};
+use deepsft_finding::Features;
 use deepsft_geometry::{Camera, CanonicalWarp, ImageSize, Picture};
 use std::borrow::Cow;
 
@@ -88,10 +88,7 @@ impl<'a> View<'a> {
     pub fn features(&mut self) -> Result<(&Features, &Camera), DeepSftError> {
         let known = match self.features.take() {
             Some(known) => known,
-            None => {
-                let (image, camera) = feature_image(self.image, self.camera)?;
-                (Features::of(&image, &FeatureOptions::default()), camera)
-            }
+            None => Features::of(self.image, self.camera)?,
         };
         let (features, camera) = self.features.insert(known);
         Ok((features, camera))

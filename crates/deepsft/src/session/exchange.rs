@@ -14,19 +14,9 @@ pub struct SessionOptions {
     pub tracking: TrackingOptions,
     /// Smoothing of the meshes over time; `None` leaves them as they were fitted.
     pub smoothing: Option<OneEuroOptions>,
-    /// When finders are asked.
-    pub asking: Asking,
-}
-
-/// When a session asks the finders.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Asking {
-    /// When a target is missing or has to be confirmed, one question at a time.
-    #[default]
-    AsNeeded,
-    /// Every so many frames for all targets, where time does not matter. 0 counts as 1.
-    Every(u64),
+    /// Finders are asked about every so many frames, for all targets: where time does not matter. 0 counts as 1. `None`: they are asked when
+    /// a target is missing or has to be confirmed. Either way no question comes while one waits for its answer.
+    pub ask_every: Option<u64>,
 }
 
 /// The camera that takes a video.
@@ -78,17 +68,6 @@ pub struct Answer {
     pub starts: Vec<Vec<DVec3>>,
 }
 
-/// When an answer came, by the caller's clock.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AnswerTimes {
-    /// The time, seconds.
-    pub now_s: f64,
-    /// What it took, seconds.
-    pub took_s: f64,
-    /// Seconds since the caller last missed a frame; infinite if it never did.
-    pub since_missed_s: f64,
-}
-
 /// What an answer did to a track.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Effect {
@@ -102,15 +81,6 @@ pub struct Effect {
     pub start: Option<usize>,
 }
 
-/// That a target is found, or no longer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Change {
-    /// It counts as found from this frame on.
-    Found,
-    /// It no longer does.
-    Lost,
-}
-
 /// One target in one frame.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
@@ -119,8 +89,8 @@ pub struct Followed {
     pub target: TargetId,
     /// Whether it counts as found.
     pub found: bool,
-    /// What has changed since it was last told.
-    pub change: Option<Change>,
+    /// Whether that has changed since it was last told.
+    pub changed: bool,
     /// Whether it is found and the frame does not confirm its mesh, which stands where it was.
     pub held: bool,
     /// Its surface; `None` unless found.

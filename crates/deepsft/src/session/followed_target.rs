@@ -1,6 +1,6 @@
 //! One target of a session.
 
-use super::exchange::{Change, Followed, SessionOptions, TargetId};
+use super::exchange::{Followed, SessionOptions, TargetId};
 use super::presence::Presence;
 use crate::error::DeepSftError;
 use deepsft_geometry::glam::DVec3;
@@ -149,16 +149,11 @@ impl FollowedTarget {
     /// What the newest frame shows of it; changes count from what was told before.
     pub(super) fn tell(&mut self, target: TargetId) -> Followed {
         let found = self.presence.is_found();
-        let change = match (self.is_told, found) {
-            (false, true) => Some(Change::Found),
-            (true, false) => Some(Change::Lost),
-            _ => None,
-        };
-        self.is_told = found;
+        let was_told = std::mem::replace(&mut self.is_told, found);
         Followed {
             target,
             found,
-            change,
+            changed: found != was_told,
             held: found && !self.presence.is_confirmed(),
             surface: self.surface.clone().filter(|_| found),
             correlation: self.correlation().unwrap_or(0.0),

@@ -33,8 +33,7 @@ mod video_session;
 mod view_choice;
 
 pub use exchange::{
-    Answer, AnswerTimes, Asking, Change, Effect, Followed, FollowedFrame, Next, Question, SessionOptions, Source,
-    TargetId,
+    Answer, Effect, Followed, FollowedFrame, Next, Question, SessionOptions, Source, TargetId,
 };
 pub use video_follower::{Detection, FrameTimes, TrackedFrame, VideoFollower, VideoOptions};
 pub use video_session::Session;

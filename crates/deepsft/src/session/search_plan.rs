@@ -1,6 +1,6 @@
 //! Which targets the finders look for in a frame.
 
-use super::exchange::{AnswerTimes, TargetId};
+use super::exchange::{Question, TargetId};
 use std::collections::{BTreeMap, VecDeque};
 
 /// Correlation from which a followed target needs no finder soon.
@@ -47,6 +47,7 @@ struct Searched {
     can_deny: bool,
     /// Its correlation while it is followed.
     followed: Option<f64>,
+    /// When it was last looked for in this video.
     asked_s: f64,
 }
 
@@ -97,9 +98,12 @@ impl SearchPlan {
         searched.followed = followed;
     }
 
-    /// All targets.
-    pub(super) fn all(&self) -> Vec<TargetId> {
-        self.targets.keys().copied().collect()
+    /// Another video begins, whose clock may be another: nothing was looked for in it yet.
+    pub(super) fn restart(&mut self) {
+        self.rest_until_s = f64::NEG_INFINITY;
+        for searched in self.targets.values_mut() {
+            (searched.followed, searched.asked_s) = (None, f64::NEG_INFINITY);
+        }
     }
 
     /// The targets to look for now; none while all are followed well, or the finders rest.
@@ -131,13 +135,13 @@ impl SearchPlan {
         }
     }
 
-    /// A search for the targets `ids` is over.
+    /// A search that took `took_s` is over.
     ///
     /// The finders rest now, if something is followed: what is followed they confirm, what is missing everything waits for. A processor
     /// with too few cores for both serves the tracker first. On a device that has become slow they work as small a part of the time as it
     /// has become slower: less heat, and the tracker keeps its rate.
-    pub(super) fn took(&mut self, (ids, only_confirmed): (&[TargetId], bool), times: AnswerTimes) {
-        let took_s = times.took_s;
+    pub(super) fn took(&mut self, question: &Question, now_s: f64, took_s: f64, since_missed_s: f64) {
+        let ids = &question.targets;
         self.each_s = took_s / ids.len().max(1) as f64;
         self.rest_until_s = f64::NEG_INFINITY;
         // Beside no tracker a search is faster, which tells nothing of the device.
@@ -146,7 +150,7 @@ impl SearchPlan {
         }
         let denying = |id: &&TargetId| self.targets.get(id).is_some_and(|searched| searched.can_deny);
         let networks = ids.iter().filter(denying).count();
-        let kind = (only_confirmed, networks, ids.len() - networks);
+        let kind = (question.only_confirms, networks, ids.len() - networks);
         let fastest_s = self.fastest_s.entry(kind).or_insert(took_s);
         *fastest_s = took_s.min(*fastest_s);
         self.slowness.push_back(took_s / fastest_s.max(MIN_TIMED_S));
@@ -157,9 +161,9 @@ impl SearchPlan {
             SLOW_SEARCHES => self.slowness.iter().copied().fold(f64::INFINITY, f64::min),
             _ => 1.0,
         };
-        let late = if times.since_missed_s < BUSY_S { REST } else { 0.0 };
+        let late = if since_missed_s < BUSY_S { REST } else { 0.0 };
         let slow = if slowness >= SLOWED { slowness - 1.0 } else { 0.0 };
-        self.rest_until_s = times.now_s + (late.max(slow) * took_s).min(CONFIRM_S);
+        self.rest_until_s = now_s + (late.max(slow) * took_s).min(CONFIRM_S);
     }
 }
 
@@ -169,12 +173,9 @@ mod tests {
 
     const NEVER: f64 = f64::INFINITY;
 
-    fn times(now_s: f64, took_s: f64, since_missed_s: f64) -> AnswerTimes {
-        AnswerTimes {
-            now_s,
-            took_s,
-            since_missed_s,
-        }
+    fn question<const N: usize>(targets: [TargetId; N], only_confirms: bool) -> Question {
+        let targets = targets.to_vec();
+        Question { targets, only_confirms }
     }
 
     /// A plan for targets that have a network of their own or not.
@@ -195,20 +196,24 @@ mod tests {
     fn missing_targets_are_looked_for_in_turn_as_many_at_once_as_there_is_time_for() {
         let mut plan = plan_for([false; 3]);
         assert_eq!(ask(&mut plan, 0.0), [0, 1, 2]);
-        plan.took((&[0, 1, 2], false), times(0.6, 0.6, NEVER));
+        plan.took(&question([0, 1, 2], false), 0.6, 0.6, NEVER);
         let asked: Vec<_> = (1..5).map(|s| ask(&mut plan, f64::from(s))).collect();
         assert_eq!(asked, [[0], [1], [2], [0]]);
-        plan.took((&[2], false), times(4.5, 0.09, NEVER));
+        plan.took(&question([2], false), 4.5, 0.09, NEVER);
         assert_eq!(ask(&mut plan, 5.0), [1, 2, 0]);
         plan.remove(1);
         assert_eq!(ask(&mut plan, 6.0), [0, 2]);
+        // In another video, whose clock begins anew, too.
+        plan.took(&question([0, 2], false), 6.6, 0.6, NEVER);
+        plan.restart();
+        assert_eq!([0.0, 1.0, 2.0].map(|s| ask(&mut plan, s)), [[0], [2], [0]]);
     }
 
     #[test]
     fn what_is_followed_well_is_confirmed_every_two_seconds_and_what_is_not_at_once() {
         let mut plan = plan_for([false; 2]);
         ask(&mut plan, 0.0);
-        plan.took((&[0, 1], false), times(0.6, 0.6, NEVER));
+        plan.took(&question([0, 1], false), 0.6, 0.6, NEVER);
         plan.tracked(0, Some(0.9));
         assert!(plan.follows_some() && plan.misses_some());
         assert_eq!(ask(&mut plan, 0.7), [1]);
@@ -235,7 +240,7 @@ mod tests {
     fn rest(plan: &mut SearchPlan, searches: &[f64], since_missed_s: f64) -> f64 {
         searches
             .iter()
-            .for_each(|s| plan.took((&[0], true), times(0.0, *s, since_missed_s)));
+            .for_each(|s| plan.took(&question([0], true), 0.0, *s, since_missed_s));
         plan.rest_until_s.max(0.0)
     }
 
@@ -278,7 +283,7 @@ mod tests {
     fn searches_are_compared_with_their_own_kind_and_only_beside_the_tracker() {
         let mut plan = following();
         rest(&mut plan, &[0.1; 3], NEVER);
-        (0..3).for_each(|_| plan.took((&[0], false), times(0.0, 0.4, NEVER)));
+        (0..3).for_each(|_| plan.took(&question([0], false), 0.0, 0.4, NEVER));
         assert_eq!(
             plan.rest_until_s.max(0.0),
             0.0,

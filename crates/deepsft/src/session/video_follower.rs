@@ -1,6 +1,6 @@
 //! One target followed through one video that waits for its finders.
 
-use super::exchange::{Answer, AnswerTimes, Followed, SessionOptions, Source, TargetId};
+use super::exchange::{Answer, Followed, SessionOptions, Source, TargetId};
 use super::video_session::Session;
 use crate::error::DeepSftError;
 use crate::finding::{FinderKind, Sighting, TargetFinder, View};
@@ -94,7 +94,6 @@ impl std::fmt::Debug for VideoFollower<'_> {
 
 /// What the finders make of a frame, and the frame with which it is known.
 struct PendingAnswer {
-    asked_s: f64,
     due: u64,
     sightings: Vec<Sighting>,
 }
@@ -158,10 +157,9 @@ impl<'a> VideoFollower<'a> {
         times.follow = (self.clock_ms)() - start;
         if is_asked {
             let start = (self.clock_ms)();
-            let sightings = self.finder.find(image, &next.view).await?;
+            let (sightings, _) = self.finder.find(image, &next.view).await?;
             times.finding = Some((self.clock_ms)() - start);
             self.pending = Some(PendingAnswer {
-                asked_s: time_s,
                 due: frame + self.delay,
                 sightings,
             });
@@ -169,10 +167,7 @@ impl<'a> VideoFollower<'a> {
                 detection = Some(at_once);
                 let told = std::mem::replace(&mut targets, self.session.followed());
                 for (now, before) in targets.iter_mut().zip(told) {
-                    now.change = match (before.change, now.change) {
-                        (Some(_), Some(_)) => None,
-                        (before, now) => now.or(before),
-                    };
+                    now.changed ^= before.changed;
                 }
             }
         }
@@ -195,8 +190,7 @@ impl<'a> VideoFollower<'a> {
 
     /// Hands the answer in that is due with `frame`, if there is one.
     fn hand_in(&mut self, frame: u64, time_s: f64, times: &mut FrameTimes) -> Result<Option<Detection>, DeepSftError> {
-        let Some(PendingAnswer { asked_s, sightings, .. }) = self.pending.take_if(|pending| pending.due <= frame)
-        else {
+        let Some(PendingAnswer { sightings, .. }) = self.pending.take_if(|pending| pending.due <= frame) else {
             return Ok(None);
         };
         let start = (self.clock_ms)();
@@ -205,12 +199,7 @@ impl<'a> VideoFollower<'a> {
             .map(|sighting| (sighting.by, sighting.vertices_camera))
             .unzip();
         let answer = Answer { target: TARGET, starts };
-        let answer_times = AnswerTimes {
-            now_s: time_s,
-            took_s: (time_s - asked_s).max(0.0),
-            since_missed_s: f64::INFINITY,
-        };
-        let effects = self.session.answer(&[answer], answer_times)?;
+        let effects = self.session.answer(&[answer], time_s, f64::INFINITY)?;
         times.catch_up = Some((self.clock_ms)() - start);
         Ok(effects.first().map(|effect| Detection {
             of_frame: effect.of_frame,

@@ -1,7 +1,7 @@
 //! Targets followed through one video.
 
 use super::exchange::{
-    Answer, AnswerTimes, Asking, Effect, Followed, FollowedFrame, Next, Question, SessionOptions, Source, TargetId,
+    Answer, Effect, Followed, FollowedFrame, Next, Question, SessionOptions, Source, TargetId,
 };
 use super::focal_search::FocalSearch;
 use super::followed_target::FollowedTarget;
@@ -23,14 +23,22 @@ pub struct Session {
     plan: SearchPlan,
     view: ViewChoice,
     focal: FocalSearch,
-    /// The question that waits for its answer, with its frame.
-    asked: Option<(u64, Question)>,
+    /// The question that waits for its answer.
+    asked: Option<Asked>,
     /// What the last answer took, seconds.
     took_s: f64,
     /// Number of the next frame.
     number: u64,
     /// Time and view of the last frame of this video.
     last: Option<(f64, Camera)>,
+}
+
+/// A question that was asked about a frame.
+#[derive(Debug)]
+struct Asked {
+    frame: u64,
+    at_s: f64,
+    question: Question,
 }
 
 impl std::fmt::Debug for Session {
@@ -72,7 +80,8 @@ impl Session {
     /// there, as a network of its own does: that they see nothing then speaks against a track.
     ///
     /// # Errors
-    /// [`DeepSftError::Geometry`] for tracking options that are none, see [`Tracker::new`](deepsft_geometry::tracking::Tracker::new).
+    /// [`DeepSftError::Geometry`] for a template that is no sheet and for tracking options that are none, see
+    /// [`Tracker::new`](deepsft_geometry::tracking::Tracker::new).
     pub fn add(
         &mut self,
         id: TargetId,
@@ -97,11 +106,11 @@ impl Session {
         let first = self.targets.values().next();
         let training_camera = first.map_or_else(training_camera, |target| *target.training_camera());
         let views = CanonicalViews::new(&training_camera, source);
-        let targets = match (&self.asked, self.options.asking) {
-            (Some(_), _) => Vec::new(),
-            (None, Asking::AsNeeded) => self.plan.next(now_s),
-            (None, Asking::Every(frames)) if self.number.is_multiple_of(frames.max(1)) => self.plan.all(),
-            (None, Asking::Every(_)) => Vec::new(),
+        let targets = match self.options.ask_every {
+            _ if self.asked.is_some() => Vec::new(),
+            None => self.plan.next(now_s),
+            Some(frames) if self.number.is_multiple_of(frames.max(1)) => self.targets.keys().copied().collect(),
+            Some(_) => Vec::new(),
         };
         let meshes = self.targets.values().filter_map(FollowedTarget::tracked_vertices);
         let question = (!targets.is_empty()).then(|| Question {
@@ -113,10 +122,9 @@ impl Session {
             true => (self.took_s / (ANSWERABLE * self.options.tracking.memory as f64)).min(MAX_INTERVAL_S),
             false => 0.0,
         };
-        let searching_s = if self.plan.follows_some() {
-            0.0
-        } else {
-            SEARCHING_INTERVAL_S
+        let searching_s = match self.plan.follows_some() {
+            true => 0.0,
+            false => SEARCHING_INTERVAL_S,
         };
         Next {
             view: self.view.next(&views, meshes, question.is_some()),
@@ -128,7 +136,11 @@ impl Session {
     /// The finders are asked about the next frame now. No other question comes until it is answered.
     pub fn ask(&mut self, question: Question, now_s: f64) {
         self.plan.asked(&question.targets, now_s);
-        self.asked = Some((self.number, question));
+        self.asked = Some(Asked {
+            frame: self.number,
+            at_s: now_s,
+            question,
+        });
     }
 
     /// Follows the next frame, which `source` took at `time_s` (seconds of the video), in the image of `view`. `image` is the frame, or
@@ -154,7 +166,7 @@ impl Session {
         let afresh = self.last.replace((time_s, *view)).is_none();
         let number = self.number;
         self.number += 1;
-        let is_searched = self.asked.as_ref().is_some_and(|(frame, _)| *frame == number);
+        let is_searched = self.asked.as_ref().is_some_and(|asked| asked.frame == number);
         self.view
             .take(&source.camera, view, self.plan.follows_some(), is_searched);
         let is_other_camera = self.focal.begins(source);
@@ -204,15 +216,26 @@ impl Session {
         self.targets.iter_mut().map(|(id, target)| target.tell(*id)).collect()
     }
 
-    /// Takes the answer to the last question. Targets without one, and those that are followed no longer, are left as they are.
+    /// Takes the answer to the last question at `now_s`, by the clock by which it was asked; the caller last missed a frame `since_missed_s`
+    /// ago, infinite if it never did. Targets without an answer, and those that are followed no longer, are left as they are.
     ///
     /// # Errors
     /// [`DeepSftError::Geometry`] when a start does not have the vertices of its template.
-    pub fn answer(&mut self, answers: &[Answer], times: AnswerTimes) -> Result<Vec<Effect>, DeepSftError> {
-        let Some((of_frame, question)) = self.asked.take() else {
+    pub fn answer(
+        &mut self,
+        answers: &[Answer],
+        now_s: f64,
+        since_missed_s: f64,
+    ) -> Result<Vec<Effect>, DeepSftError> {
+        let Some(Asked {
+            frame: of_frame,
+            at_s,
+            question,
+        }) = self.asked.take()
+        else {
             return Ok(Vec::new());
         };
-        self.took_s = times.took_s;
+        self.took_s = (now_s - at_s).max(0.0);
         let newest_s = self.last.map_or(0.0, |(time_s, _)| time_s);
         let mut effects = Vec::new();
         for Answer { target: id, starts } in answers {
@@ -228,8 +251,7 @@ impl Session {
                 start,
             });
         }
-        let Question { targets, only_confirms } = question;
-        self.plan.took((&targets, only_confirms), times);
+        self.plan.took(&question, now_s, self.took_s, since_missed_s);
         Ok(effects)
     }
 
@@ -243,10 +265,8 @@ impl Session {
         self.last = None;
         self.view = ViewChoice::default();
         self.focal = FocalSearch::default();
-        for (id, target) in &mut self.targets {
-            target.restart();
-            self.plan.tracked(*id, None);
-        }
+        self.plan.restart();
+        self.targets.values_mut().for_each(FollowedTarget::restart);
     }
 
     /// Depth and registration of a target's mesh in the newest frame, and their camera; empty maps without a track.
@@ -260,9 +280,7 @@ impl Session {
     /// # Errors
     /// [`DeepSftError::Geometry`] when a view cannot be fitted.
     pub fn solve_camera(&mut self, id: TargetId, max_updates: usize) -> Result<Option<CalibratedCamera>, DeepSftError> {
-        match self.targets.get_mut(&id) {
-            Some(target) => target.solve_camera(max_updates),
-            None => Ok(None),
-        }
+        let target = self.targets.get_mut(&id);
+        target.map_or(Ok(None), |target| target.solve_camera(max_updates))
     }
 }

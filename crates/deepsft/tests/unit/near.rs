@@ -95,7 +95,7 @@ fn depths_of_a_network_in_a_wider_view_are_those_of_the_camera() {
     let views = CanonicalViews::new(network.training_camera(), &Camera::typical((1280, 960)).unwrap());
     let depth_in = |view: &Camera, depth_mm: f64| {
         let image = photograph(bundle.template(), &bent(bundle.template(), depth_mm), view);
-        let maps = pollster::block_on(network.infer_in(&image, view)).unwrap();
+        let maps = pollster::block_on(network.infer(&image, view)).unwrap();
         let mut depths: Vec<f32> = maps.depth().iter().copied().filter(|depth| *depth > 0.0).collect();
         assert!(depths.len() > 10_000);
         let middle = depths.len() / 2;
@@ -106,6 +106,24 @@ fn depths_of_a_network_in_a_wider_view_are_those_of_the_camera() {
     // Its relief looks deeper than any sheet's, which takes some per cent.
     assert!((near / (far * zoom) - 1.0).abs() < 0.06, "{near} and {far} mm");
     assert!((near / 340.0 - 1.0).abs() < 0.15, "{near} mm");
+}
+
+/// Between the laths of a fence strips of the sheet are seen, too narrow to place the mesh by.
+#[test]
+fn what_a_network_sees_is_told_where_it_is_too_little_to_place_the_mesh() {
+    let bundle = poster();
+    let camera = training_camera();
+    let whole = photograph(bundle.template(), &bent(bundle.template(), 480.0), &camera);
+    let fenced = Picture::from_fn(480, 270, |x, y| match x % 36 < 12 && y.abs_diff(135) < 100 {
+        true => whole.pixel(x, y),
+        false => [80; 3],
+    });
+    let target = Target::from_model(&bundle, &Device::Cpu).unwrap();
+    let network = target.network().unwrap().clone();
+    let mut finder = TargetFinder::with_finders(target, vec![Finder::Network(Box::new(network))]);
+    let mut view = View::new(&fenced, &camera);
+    let (sightings, maps) = pollster::block_on(finder.find(&mut view, &camera)).unwrap();
+    assert!(sightings.is_empty() && maps.unwrap().area() > 500);
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use deepsft::View;
-use deepsft::features::{FeatureFinder, PictureTarget};
+use deepsft::features::FeatureFinder;
 use deepsft_calibration::{CornerDetector, Correspondence, MIN_CORRESPONDENCES, refine_print};
 use deepsft_geometry::{Camera, Picture, Template};
 
@@ -17,7 +17,7 @@ pub enum FlatTarget {
 impl FlatTarget {
     /// The print of a flat template.
     pub fn print(template: Template) -> Result<Self> {
-        let finder = FeatureFinder::new(PictureTarget::from_template(template)?)?;
+        let finder = FeatureFinder::new(template)?;
         Ok(Self::Print(Box::new(finder)))
     }
 
@@ -47,7 +47,7 @@ impl FlatTarget {
                 pixel: m.pixel.as_dvec2() * scale,
             })
             .collect();
-        let points = refine_print(finder.target().template(), picture, &matches);
+        let points = refine_print(finder.template(), picture, &matches);
         Ok((points.len() >= MIN_CORRESPONDENCES).then_some(points))
     }
 }

@@ -4,7 +4,7 @@ use super::prints::Print;
 use crate::measuring::Stopwatch;
 use anyhow::Result;
 use deepsft::{DescriptorFinder, Estimator, Finder, FinderKind, SharedDescriptorNetwork, View};
-use deepsft_finding::{FeatureFinder, PictureTarget};
+use deepsft_finding::FeatureFinder;
 use deepsft_geometry::Camera;
 use deepsft_geometry::fitting::Start;
 
@@ -39,10 +39,7 @@ impl Way {
     /// What finds `print` in this way.
     pub fn finder(&self, print: &Print) -> Result<Finder> {
         Ok(match self {
-            Self::Features => {
-                let target = PictureTarget::from_template(print.template.clone())?;
-                Finder::Features(Box::new(FeatureFinder::new(target)?))
-            }
+            Self::Features => Finder::Features(Box::new(FeatureFinder::new(print.template.clone())?)),
             Self::Descriptors(network) => {
                 Finder::Descriptors(Box::new(DescriptorFinder::new(network, &print.template)?))
             }
