@@ -275,7 +275,10 @@ impl Core {
                 estimate = estimate_object(&made.map_err(|error| self.failed(&error))?, times, 0.0).into();
             }
             let seen = sightings.iter().map(|seen| positions(&seen.vertices_camera));
-            answers.push(&object([("id", id.into()), ("sightings", seen.collect::<Array>().into())]));
+            answers.push(&object([
+                ("id", id.into()),
+                ("sightings", seen.collect::<Array>().into()),
+            ]));
         }
         Ok(object([("answers", answers.into()), ("estimate", estimate)]))
     }

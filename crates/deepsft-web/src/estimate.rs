@@ -50,13 +50,22 @@ pub fn estimate_object(estimate: &Estimate, times: EstimateTimes, features_ms: f
         ("width", (maps.width() as u32).into()),
         ("focal", estimate.canonical_camera.focal().x.into()),
         ("depth", Float32Array::from(maps.depth()).into()),
-        ("registration", Float32Array::from(maps.registration().as_flattened()).into()),
+        (
+            "registration",
+            Float32Array::from(maps.registration().as_flattened()).into(),
+        ),
         ("mask", Uint8Array::from(mask.as_slice()).into()),
-        ("canonical", Uint8ClampedArray::from(rgba(&estimate.canonical).as_slice()).into()),
+        (
+            "canonical",
+            Uint8ClampedArray::from(rgba(&estimate.canonical).as_slice()).into(),
+        ),
         ("found", estimate.judgement.found.into()),
         ("confidence", estimate.judgement.confidence.into()),
         ("by", estimate.by.map_or(JsValue::NULL, |by| by.name().into())),
-        ("fitted", fitted.map_or(JsValue::NULL, |surface| mesh_object(surface, maps, 0.0).into())),
+        (
+            "fitted",
+            fitted.map_or(JsValue::NULL, |surface| mesh_object(surface, maps, 0.0).into()),
+        ),
         ("times", times.into()),
     ])
 }

@@ -27,7 +27,10 @@ pub fn mesh_object(surface: &Surface, maps: &Maps, solve_ms: f64) -> Object {
         ("vertices", positions(&surface.vertices_camera).into()),
         ("confidence", Float32Array::from(surface.confidence.as_slice()).into()),
         ("depth", Float32Array::from(maps.depth()).into()),
-        ("registration", Float32Array::from(maps.registration().as_flattened()).into()),
+        (
+            "registration",
+            Float32Array::from(maps.registration().as_flattened()).into(),
+        ),
         ("solveMs", solve_ms.into()),
     ])
 }

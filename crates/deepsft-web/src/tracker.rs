@@ -11,7 +11,8 @@ use crate::{
 use deepsft::{
     DeepSftError, ModelBundle, View,
     geometry::{
-        CalibratedCamera, Camera, ImageSize, Template, canonical_camera, glam::Vec3, tracking::OneEuroOptions, training_camera,
+        CalibratedCamera, Camera, ImageSize, Template, canonical_camera, glam::Vec3, tracking::OneEuroOptions,
+        training_camera,
     },
     session::{Answer, Effect, Followed, Next, Question, Session, SessionOptions, Source},
 };

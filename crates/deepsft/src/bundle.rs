@@ -251,7 +251,9 @@ impl Manifest {
         let description = TemplateFile::parse(self.listed(files, &format!("{TEMPLATE_FOLDER}{TEMPLATE_FILE}"))?)?;
         let texture = self.listed(files, &format!("{TEMPLATE_FOLDER}{}", description.texture()))?;
         let mesh = description.mesh();
-        let mesh = mesh.map(|name| self.listed(files, &format!("{TEMPLATE_FOLDER}{name}"))).transpose()?;
+        let mesh = mesh
+            .map(|name| self.listed(files, &format!("{TEMPLATE_FOLDER}{name}")))
+            .transpose()?;
         let template = description.template(texture, mesh)?;
         let fits = self.network.check_fits(&template, &camera);
         fits.map_err(|error| content(MODEL_FILE, &error))?;

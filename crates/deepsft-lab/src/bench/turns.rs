@@ -169,7 +169,9 @@ pub fn take(bundle: &ModelBundle, image: &Picture) -> Result<()> {
                     confidence: 0.0,
                 };
                 let canonical = timed(&mut stages.canonical_warp, || estimator.canonical_image(image, &camera))?;
-                let maps = timed(&mut stages.network, || pollster::block_on(estimator.infer(&canonical, &view)))?;
+                let maps = timed(&mut stages.network, || {
+                    pollster::block_on(estimator.infer(&canonical, &view))
+                })?;
                 timed(&mut stages.confidence, || estimator.judge(&canonical, &maps))?;
                 serde_json::to_string(&stages)?
             }

@@ -32,8 +32,6 @@ mod video_follower;
 mod video_session;
 mod view_choice;
 
-pub use exchange::{
-    Answer, Effect, Followed, FollowedFrame, Next, Question, SessionOptions, Source, TargetId,
-};
+pub use exchange::{Answer, Effect, Followed, FollowedFrame, Next, Question, SessionOptions, Source, TargetId};
 pub use video_follower::{Detection, FrameTimes, TrackedFrame, VideoFollower, VideoOptions};
 pub use video_session::Session;

@@ -1,8 +1,6 @@
 //! Targets followed through one video.
 
-use super::exchange::{
-    Answer, Effect, Followed, FollowedFrame, Next, Question, SessionOptions, Source, TargetId,
-};
+use super::exchange::{Answer, Effect, Followed, FollowedFrame, Next, Question, SessionOptions, Source, TargetId};
 use super::focal_search::FocalSearch;
 use super::followed_target::FollowedTarget;
 use super::search_plan::SearchPlan;
@@ -221,12 +219,7 @@ impl Session {
     ///
     /// # Errors
     /// [`DeepSftError::Geometry`] when a start does not have the vertices of its template.
-    pub fn answer(
-        &mut self,
-        answers: &[Answer],
-        now_s: f64,
-        since_missed_s: f64,
-    ) -> Result<Vec<Effect>, DeepSftError> {
+    pub fn answer(&mut self, answers: &[Answer], now_s: f64, since_missed_s: f64) -> Result<Vec<Effect>, DeepSftError> {
         let Some(Asked {
             frame: of_frame,
             at_s,
