@@ -3,6 +3,7 @@
 use crate::interruption::{self, Interrupted};
 use deepsft_formats::FormatError;
 use deepsft_synth::SynthError;
+use deepsft_train::TrainError;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use thiserror::Error;
@@ -79,11 +80,15 @@ pub fn message(error: &anyhow::Error) -> String {
 
 /// Whether a library lays the error at the door of an input.
 fn is_unusable(error: &(dyn std::error::Error + 'static)) -> bool {
-    matches!(error.downcast_ref(), Some(FormatError::Unusable { .. }))
-        || matches!(
-            error.downcast_ref(),
-            Some(SynthError::Format(FormatError::Unusable { .. }))
-        )
+    let format = error.downcast_ref().or_else(|| match error.downcast_ref()? {
+        SynthError::Format(format) => Some(format),
+        _ => None,
+    });
+    let format = format.or_else(|| match error.downcast_ref()? {
+        TrainError::Format(format) | TrainError::Synth(SynthError::Format(format)) => Some(format),
+        _ => None,
+    });
+    matches!(format, Some(FormatError::Unusable { .. }))
 }
 
 fn code(error: &anyhow::Error) -> u8 {

@@ -21,7 +21,6 @@ mod output;
 mod paths;
 mod progress;
 mod synthesis;
-mod truth;
 mod video;
 
 use clap::{Parser, Subcommand};

@@ -5,7 +5,7 @@ use deepsft_geometry::{GeometryError, TemplateError};
 use std::path::Path;
 use std::path::PathBuf;
 
-/// What can go wrong between bytes and cameras, meshes, pictures, templates and samples.
+/// What can go wrong between bytes and cameras, meshes, pictures and templates.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum FormatError {
@@ -79,75 +79,6 @@ pub enum FormatError {
         /// The shape.
         shape: Vec<usize>,
     },
-    /// A part of a data set is none.
-    #[error("expected I/N with I from 1 to N, like 2/8")]
-    DatasetPart,
-    /// A shard could not be read or written.
-    #[error("shard: {0}")]
-    Io(#[from] std::io::Error),
-    /// A picture in a shard could not be coded or decoded.
-    #[error("shard entry {name}: {source}")]
-    EntryPicture {
-        /// Name of the entry.
-        name: String,
-        /// The codec's error.
-        source: image::ImageError,
-    },
-    /// The description of a sample or a data set is not the JSON it should be.
-    #[error("{name}: {source}")]
-    Json {
-        /// Name of the entry or file.
-        name: String,
-        /// The parser's error.
-        source: serde_json::Error,
-    },
-    /// An entry of a shard, a picture or a description is foreign, there twice, cut or not what it should be.
-    #[error("shard entry {name} {reason}")]
-    Entry {
-        /// Name of the entry.
-        name: String,
-        /// What is wrong with it: "is 12 bytes, expected 34".
-        reason: String,
-    },
-    /// A sample in a shard is not complete.
-    #[error("sample {key} of the shard has no {part}")]
-    MissingPart {
-        /// Number of the sample within the shard.
-        key: String,
-        /// Ending of the missing entry.
-        part: &'static str,
-    },
-    /// A sample was asked for that the shards do not have.
-    #[error("there is no sample {number}, only {samples}")]
-    NoSuchSample {
-        /// Number asked for, from 0.
-        number: u64,
-        /// Samples of all shards.
-        samples: u64,
-    },
-    /// A shard holds another sample than its data set's description says.
-    #[error(
-        "the shard holds sample {index} of seed {seed} where the data set's description has sample {expected_index} of \
-         seed {expected_seed}"
-    )]
-    OtherSample {
-        /// Seed met.
-        seed: u64,
-        /// Index met.
-        index: u64,
-        /// Seed of the description.
-        expected_seed: u64,
-        /// Index by the description.
-        expected_index: u64,
-    },
-    /// A depth that the 16-bit file format cannot hold.
-    #[error("depth of {depth_mm} mm in sample {index}, the file format holds 0.1 to 6553.5 mm")]
-    DepthRange {
-        /// The depth, mm.
-        depth_mm: f32,
-        /// Index of the sample.
-        index: u64,
-    },
     /// A file or folder cannot be used.
     #[error("{reason}: {path}")]
     File {
@@ -188,12 +119,6 @@ pub enum FormatError {
         /// What is wrong with it.
         reason: String,
     },
-    /// A data set is not of the template that it is to be used for.
-    #[error("it is of another template: {difference}")]
-    OtherTemplate {
-        /// In what they differ.
-        difference: String,
-    },
 }
 
 impl FormatError {
@@ -201,18 +126,6 @@ impl FormatError {
     pub(crate) fn picture(reason: impl ToString) -> Self {
         let reason = reason.to_string();
         Self::PictureFile { reason }
-    }
-
-    /// The error of an entry that can be read and is wrong.
-    pub(crate) fn entry(name: impl Into<String>, reason: impl Into<String>) -> Self {
-        let (name, reason) = (name.into(), reason.into());
-        Self::Entry { name, reason }
-    }
-
-    /// The error of an entry that has fewer bytes than its header announces.
-    #[cfg(feature = "shards")]
-    pub(crate) fn truncated(name: String, actual: u64, expected: u64) -> Self {
-        Self::entry(name, format!("has {actual} bytes, expected {expected}"))
     }
 }
 
@@ -228,7 +141,7 @@ impl FormatError {
     }
 
     /// The error of a file or folder that cannot be used.
-    pub(crate) fn unreadable(path: &Path, reason: impl ToString) -> Self {
+    pub fn unreadable(path: &Path, reason: impl ToString) -> Self {
         Self::File {
             reason: reason.to_string(),
             path: path.to_path_buf(),
@@ -236,7 +149,7 @@ impl FormatError {
     }
 
     /// The error of a file or folder that could not be written.
-    pub(crate) fn unwritten(path: &Path, reason: impl ToString) -> Self {
+    pub fn unwritten(path: &Path, reason: impl ToString) -> Self {
         Self::Write {
             reason: reason.to_string(),
             path: path.to_path_buf(),

@@ -7,8 +7,8 @@ const PNG_SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
 
 /// Runs a decoder and returns its panic as an error. The program's panic hook has run by then.
 ///
-/// WebAssembly cannot unwind: a panic ends the module there. What is known to panic is refused before, as in [`check_png`].
-pub(crate) fn guarded<T>(decode: impl FnOnce() -> T) -> Result<T> {
+/// WebAssembly cannot unwind: a panic ends the module there. What is known to panic is refused before, as palettes of PNG files that end within a colour.
+pub fn guarded<T>(decode: impl FnOnce() -> T) -> Result<T> {
     // What the decoder leaves half done is dropped with it.
     catch_unwind(AssertUnwindSafe(decode)).map_err(|payload| {
         let reason = (payload.downcast_ref::<String>().map(String::as_str))

@@ -10,16 +10,12 @@ mod fingerprint;
 mod folder;
 mod foreign;
 mod glb;
-mod image_codec;
 mod npy;
 mod obj;
 mod packing;
 mod picture;
-mod rgbd;
 #[cfg(feature = "scan")]
 mod scan;
-#[cfg(feature = "shards")]
-mod shards;
 mod template;
 
 pub use camera::{CAMERA_FILE, CameraFile, PixelCenters, camera_from_json, camera_to_json};
@@ -33,22 +29,15 @@ pub use fingerprint::{fingerprint, picture_fingerprint, sha256, template_fingerp
 pub use folder::read_scan_file;
 #[cfg(feature = "fs")]
 pub use folder::{
-    FolderKind, FolderLock, StagedFolder, check_folder, read_camera, read_template, recover_folder, write_file,
-    write_folder,
+    FolderKind, FolderLock, StagedFolder, check_folder, read_camera, read_template, recover_folder, unfinished_folder,
+    write_file, write_folder,
 };
+pub use foreign::guarded;
 pub use glb::mesh_to_glb;
 pub use npy::{bool_npy, f32_npy, f32_npy_header};
 pub use obj::{mesh_from_obj, mesh_to_obj};
 pub use packing::pack_rectangles;
-pub use picture::{MAX_PICTURE_SIDE_PX, decode_picture, encode_png};
-pub use rgbd::{decode_camera_picture, decode_depth_png, encode_depth_png, encode_jpeg, encode_mask_png};
+pub use picture::{MAX_PICTURE_SIDE_PX, decode_image, decode_picture, encode_jpeg, encode_pixels, encode_png};
 #[cfg(feature = "scan")]
 pub use scan::{Scan, ScanPart, ScannedTemplate, assemble_scan, read_scan};
-#[cfg(all(feature = "shards", feature = "fs"))]
-pub use shards::{DATASET_FILE, DatasetFolder, DatasetPart, IndexedShards, dataset_parts, write_shards};
-#[cfg(feature = "shards")]
-pub use shards::{
-    DatasetDescription, EdgeLengthChange, EdgeLengthHistogram, EdgeLengthSummary, EncodedSample, Sample, SampleRecord,
-    ShapeCounts, ShardReader, ShardWriter, write_shard,
-};
 pub use template::{TEMPLATE_FILE, TemplateFile, template_to_files};

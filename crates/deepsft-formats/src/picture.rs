@@ -2,9 +2,11 @@
 
 use crate::error::FormatError;
 use crate::foreign::{check_png, guarded};
-use crate::image_codec;
-use deepsft_geometry::Picture;
-use image::{DynamicImage, ExtendedColorType, ImageDecoder, ImageReader, Limits, RgbImage, Rgba};
+use deepsft_geometry::{ImageSize, Picture};
+use image::codecs::jpeg::JpegEncoder;
+use image::codecs::png::PngEncoder;
+use image::metadata::Orientation;
+use image::{DynamicImage, ExtendedColorType, ImageDecoder, ImageEncoder, ImageReader, Limits, RgbImage, Rgba};
 use std::io::Cursor;
 
 /// Longest side of a picture that is decoded, pixels. JPEG ends at 65,535; a 200-megapixel phone has 16,384.
@@ -22,14 +24,37 @@ const MAX_MIB: u64 = 512;
 ///   size is allocated.
 /// * [`FormatError::PictureFile`] when the file is of another kind, cut short or corrupt.
 pub fn decode_picture(bytes: &[u8]) -> Result<Picture, FormatError> {
+    let (decoded, orientation) = decode(bytes)?;
+    let rgb = if decoded.color().has_alpha() {
+        over_white(decoded)
+    } else {
+        decoded.into_rgb8()
+    };
+    // Last: turning makes a copy, which of three bytes a pixel is the smallest.
+    let mut upright = DynamicImage::ImageRgb8(rgb);
+    upright.apply_orientation(orientation);
+    let rgb = upright.into_rgb8();
+    let (width, height) = (rgb.width() as usize, rgb.height() as usize);
+    Ok(Picture::new(width, height, rgb.into_raw())?)
+}
+
+/// Decodes a PNG or JPEG file as it is stored: its EXIF orientation does not count, transparency and 16-bit values stay.
+///
+/// # Errors
+/// As [`decode_picture`].
+pub fn decode_image(bytes: &[u8]) -> Result<DynamicImage, FormatError> {
+    Ok(decode(bytes)?.0)
+}
+
+fn decode(bytes: &[u8]) -> Result<(DynamicImage, Orientation), FormatError> {
     if bytes.is_empty() {
         return Err(FormatError::PictureFileEmpty);
     }
     check_png(bytes).map_err(FormatError::picture)?;
-    guarded(|| decode_upright(bytes)).map_err(FormatError::picture)?
+    guarded(|| decode_unguarded(bytes)).map_err(FormatError::picture)?
 }
 
-fn decode_upright(bytes: &[u8]) -> Result<Picture, FormatError> {
+fn decode_unguarded(bytes: &[u8]) -> Result<(DynamicImage, Orientation), FormatError> {
     let mut reader = ImageReader::new(Cursor::new(bytes))
         .with_guessed_format()
         .map_err(FormatError::picture)?;
@@ -56,17 +81,7 @@ fn decode_upright(bytes: &[u8]) -> Result<Picture, FormatError> {
     }
     let orientation = decoder.orientation().map_err(FormatError::picture)?;
     let decoded = DynamicImage::from_decoder(decoder).map_err(FormatError::picture)?;
-    let rgb = if decoded.color().has_alpha() {
-        over_white(decoded)
-    } else {
-        decoded.into_rgb8()
-    };
-    // Last: turning makes a copy, which of three bytes a pixel is the smallest.
-    let mut upright = DynamicImage::ImageRgb8(rgb);
-    upright.apply_orientation(orientation);
-    let rgb = upright.into_rgb8();
-    let (width, height) = (rgb.width() as usize, rgb.height() as usize);
-    Ok(Picture::new(width, height, rgb.into_raw())?)
+    Ok((decoded, orientation))
 }
 
 /// The bytes of a PNG file of `picture` (8-bit RGB).
@@ -74,7 +89,38 @@ fn decode_upright(bytes: &[u8]) -> Result<Picture, FormatError> {
 /// # Errors
 /// [`FormatError::PictureFile`] when the picture is too large for the format (2^31 pixels a side).
 pub fn encode_png(picture: &Picture) -> Result<Vec<u8>, FormatError> {
-    image_codec::encode_png(picture.rgb(), picture.size(), ExtendedColorType::Rgb8).map_err(FormatError::picture)
+    encode_pixels(picture.rgb(), picture.size(), ExtendedColorType::Rgb8)
+}
+
+/// The bytes of a PNG file of row-major pixels; values of 16 bits are in the machine's byte order.
+///
+/// # Errors
+/// [`FormatError::PictureFile`] when there are more or fewer bytes than an image of this size has, or it is too large.
+pub fn encode_pixels(pixels: &[u8], size: ImageSize, color: ExtendedColorType) -> Result<Vec<u8>, FormatError> {
+    let expected = size.area().saturating_mul(usize::from(color.bits_per_pixel() / 8));
+    if pixels.len() != expected {
+        return Err(FormatError::picture(format!(
+            "it has {} bytes, expected {expected}",
+            pixels.len()
+        )));
+    }
+    let side = |pixels: usize| u32::try_from(pixels).map_err(FormatError::picture);
+    let (width, height) = (side(size.width)?, side(size.height)?);
+    let mut png = Vec::new();
+    let coded = PngEncoder::new(&mut png).write_image(pixels, width, height, color);
+    coded.map_err(FormatError::picture).map(|()| png)
+}
+
+/// The bytes of a JPEG file of `picture`, of `quality` 1 to 100.
+///
+/// # Errors
+/// [`FormatError::PictureFile`] when the picture is too large for the format (65,535 pixels a side).
+pub fn encode_jpeg(picture: &Picture, quality: u8) -> Result<Vec<u8>, FormatError> {
+    let mut jpeg = Vec::new();
+    let (width, height) = (picture.width() as u32, picture.height() as u32);
+    let encoder = JpegEncoder::new_with_quality(&mut jpeg, quality);
+    let coded = encoder.write_image(picture.rgb(), width, height, ExtendedColorType::Rgb8);
+    coded.map_err(FormatError::picture).map(|()| jpeg)
 }
 
 /// The picture on white paper. A large one is not copied before: memory holds it and its RGB.

@@ -4,10 +4,9 @@ use crate::files::{join, parts, with_folder};
 use crate::picture;
 use crate::png;
 use anyhow::Result;
-use deepsft_formats::{encode_depth_png, encode_mask_png};
 use deepsft_geometry::glam::DVec2;
 use deepsft_geometry::{Camera, ImageSize};
-use deepsft_synth::{Recording, RgbdSensor};
+use deepsft_synth::{Recording, RgbdSensor, encode_depth_png, encode_mask_png};
 
 const FILES: [&str; 5] = [
     "camera.json",
@@ -26,7 +25,7 @@ pub(crate) fn read(input: &[u8]) -> Result<()> {
     with_folder(FILES.into_iter().zip(files), |folder| {
         let recording = Recording::open(folder)?;
         let sensor = recording.sensor();
-        let again = RgbdSensor::from_json(&sensor.to_json()?);
+        let again = RgbdSensor::from_json(&sensor.to_json());
         assert!(again.is_ok(), "a sensor that was written cannot be read: {again:?}");
         let canonical = Camera::pinhole((16, 9), DVec2::new(12.0, 12.0), DVec2::new(8.0, 4.5))?;
         let pixels = 16 * 9;
@@ -62,9 +61,9 @@ pub(crate) fn seeds() -> Result<Vec<Vec<u8>>> {
     };
     let coded = encode_depth_png(&[700; 24], &color)?;
     Ok(vec![
-        join(&[together.to_json()?.as_bytes(), b"", &image, &coded]),
+        join(&[together.to_json().as_bytes(), b"", &image, &coded]),
         join(&[
-            apart.to_json()?.as_bytes(),
+            apart.to_json().as_bytes(),
             b"# time rgb time depth\n0.1 rgb/a.png 0.2 depth/a.png\n",
             &image,
             &depth(&apart.depth)?,

@@ -3,13 +3,19 @@
 use crate::files::{join, split, with_folder};
 use crate::png;
 use crate::{picture, template};
-use anyhow::{Context, Result};
-use deepsft_formats::{
-    DatasetDescription, DatasetFolder, IndexedShards, Sample, SampleRecord, ShardReader, write_shard,
-};
+use anyhow::{Context, Result, bail};
+use deepsft_formats::{CameraFile, guarded};
 use deepsft_geometry::glam::{DVec2, DVec3};
 use deepsft_geometry::{Camera, Maps};
-use serde_json::json;
+use deepsft_synth::{DATASET_FILE, DatasetFolder, IndexedShards, Sample, SynthError, write_dataset};
+use serde_json::{Value, json};
+use std::fs;
+use std::sync::LazyLock;
+
+/// The shard of a small data set, and its description.
+static WRITTEN: LazyLock<Option<(Vec<u8>, Value)>> = LazyLock::new(|| written().ok());
+
+const SHARD_FILE: &str = "shard-000000.tar";
 
 /// Endings of a sample's entries.
 const PARTS: [&str; 4] = ["rgb.png", "depth.png", "uv.png", "json"];
@@ -33,8 +39,12 @@ fn read_descriptions(one: &[u8], other: &[u8]) -> Result<()> {
     with_folder(files, |folder| {
         let set = DatasetFolder::open(folder)?;
         let description = set.description();
-        let again = DatasetDescription::from_json(&description.to_json()?);
-        assert!(again.is_ok(), "what was written cannot be read");
+        with_folder([(DATASET_FILE, description.to_json())], |folder| {
+            let again = DatasetFolder::open(folder);
+            let outside = description.shards.iter().any(|name| name.contains('/'));
+            assert!(again.is_ok() || outside, "what was written cannot be read: {again:?}");
+            Ok(())
+        })?;
         let [template, _] = template::small()?;
         let _ = description.check_template(&template);
         // There are none.
@@ -43,27 +53,55 @@ fn read_descriptions(one: &[u8], other: &[u8]) -> Result<()> {
     })
 }
 
-/// Reads a shard in order, and out of order: both give the same.
+/// Reads a shard as that of the seed, the indices and the camera of its first sample, and writes what was read.
 fn read_shard(shard: &[u8]) -> Result<()> {
-    let in_order: Result<Vec<SampleRecord>, _> = ShardReader::new(shard).records().and_then(Iterator::collect);
-    let in_order = in_order?;
-    let first = in_order.first().context("there is no sample in it")?;
-    with_folder([("shard-000000.tar", shard)], |folder| {
-        let mut shards = IndexedShards::new(first.sample.camera);
-        let count = shards.add_described(folder.join("shard-000000.tar"), first.seed, first.index)?;
-        assert_eq!(count, in_order.len() as u64, "samples out of order");
-        for (number, expected) in (0..).zip(&in_order) {
-            // Another camera or another number is refused.
-            if let Ok(record) = shards.record(number) {
-                assert_eq!(record, *expected);
+    let (first, samples) = guarded(|| samples_of(shard))??;
+    let first: Value = serde_json::from_slice(&first)?;
+    let Some((_, mut description)) = WRITTEN.clone() else {
+        bail!("no data set can be written");
+    };
+    (description["seed"], description["first"]) = (first["seed"].clone(), first["index"].clone());
+    description["samples"] = samples.into();
+    if let Some(fields) = description.as_object_mut() {
+        fields.retain(|name, _| !["shard_bytes", "shard_sha256"].contains(&name.as_str()));
+    }
+    let camera = serde_json::from_value::<CameraFile>(first["camera"].clone())?.camera()?;
+    let description = description.to_string();
+    with_folder(
+        [(DATASET_FILE, description.as_bytes()), (SHARD_FILE, shard)],
+        |folder| {
+            let set = DatasetFolder::open(folder)?;
+            let shards = IndexedShards::open(&[set], camera, |_| ())?;
+            let [template, _] = template::small()?;
+            let read: Vec<_> = (0..samples).flat_map(|number| shards.sample(number)).collect();
+            let again = write_dataset::<SynthError>(
+                &folder.join("again"),
+                &template,
+                Value::Null,
+                0,
+                read.into_iter().map(Ok),
+            );
+            assert!(again.is_ok(), "a sample that was read cannot be written: {again:?}");
+            Ok(())
+        },
+    )
+}
+
+/// The JSON entry of a shard's first sample, and the number of its samples.
+fn samples_of(shard: &[u8]) -> Result<(Vec<u8>, u64)> {
+    let (mut first, mut samples) = (None, 0);
+    for entry in tar::Archive::new(shard).entries()? {
+        let mut entry = entry?;
+        if entry.path_bytes().ends_with(b".json") {
+            samples += 1;
+            if first.is_none() {
+                let mut content = Vec::new();
+                std::io::Read::read_to_end(&mut entry, &mut content)?;
+                first = Some(content);
             }
         }
-        for record in &in_order {
-            let again = record.encode();
-            assert!(again.is_ok(), "a sample that was read cannot be written: {again:?}");
-        }
-        Ok(())
-    })
+    }
+    Ok((first.context("there is no sample in it")?, samples))
 }
 
 /// The shard with the right checksum in every header.
@@ -99,19 +137,24 @@ fn archive(entries: &[Vec<u8>]) -> Result<Vec<u8>> {
     Ok(archive.into_inner()?)
 }
 
-pub(crate) fn seeds() -> Result<Vec<Vec<u8>>> {
+/// A data set of one sample: its shard, and its description.
+fn written() -> Result<(Vec<u8>, Value)> {
     let camera = Camera::pinhole((5, 4), DVec2::new(5.0, 5.0), DVec2::new(2.5, 2.0))?;
     let mut truth = Maps::empty(5, 4);
     truth.set(7, 321.5, [0.25, 0.75]);
     let vertices = vec![DVec3::new(1.0, 2.0, 321.5); 2];
     let sample = Sample::new(picture::small(5, 4), truth, vertices, camera, DVec3::NEG_Z);
-    let records = [0, 1].map(|index| SampleRecord {
-        seed: 5,
-        index,
-        sample: sample.clone(),
-    });
-    let mut shard = Vec::new();
-    write_shard(&mut shard, records[..1].iter().cloned())?;
+    let [template, _] = template::small()?;
+    with_folder([("", "")], |folder| {
+        let place = folder.join("set");
+        write_dataset::<SynthError>(&place, &template, json!({"a": 1}), 5, std::iter::once(Ok(sample)))?;
+        let description = serde_json::from_slice(&fs::read(place.join(DATASET_FILE))?)?;
+        Ok((fs::read(place.join(SHARD_FILE))?, description))
+    })
+}
+
+pub(crate) fn seeds() -> Result<Vec<Vec<u8>>> {
+    let (shard, mut description) = written()?;
     let mut entries = Vec::new();
     let mut reader = tar::Archive::new(shard.as_slice());
     for entry in reader.entries()? {
@@ -131,17 +174,14 @@ pub(crate) fn seeds() -> Result<Vec<Vec<u8>>> {
     let next = String::from_utf8_lossy(&json)
         .replace("\"index\":0", "\"index\":1")
         .into_bytes();
-    let [template, _] = template::small()?;
-    let mut description = DatasetDescription::new(&template, json!({"a": 1}), 5, 3, vec!["shard-000000.tar".into()]);
-    description.shard_bytes = vec![7];
-    description.shard_sha256 = vec!["00".into()];
+    description["samples"] = 3.into();
     let mut follows = description.clone();
-    follows.first = 3;
+    follows["first"] = 3.into();
     let entries: Vec<&[u8]> = entries.iter().map(Vec::as_slice).collect();
     Ok(vec![
         shard,
         join(&entries),
         join(&[&image, &depth, &uv, &json, entries[0], entries[1], entries[2], &next]),
-        join(&[description.to_json()?.as_bytes(), follows.to_json()?.as_bytes()]),
+        join(&[description.to_string().as_bytes(), follows.to_string().as_bytes()]),
     ])
 }

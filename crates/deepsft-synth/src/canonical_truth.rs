@@ -1,6 +1,6 @@
 //! The truth of a sample in the image of the canonical camera.
 
-use deepsft_formats::Sample;
+use crate::sample::Sample;
 use deepsft_geometry::glam::DVec2;
 use deepsft_geometry::raster::VisibleSurface;
 use deepsft_geometry::{Camera, CanonicalWarp, Maps, TriangleMesh};

@@ -40,6 +40,23 @@ pub enum SynthError {
         /// Where it is.
         folder: PathBuf,
     },
+    /// A part of a data set is none.
+    #[error("expected I/N with I from 1 to N, like 2/8")]
+    DatasetPart,
+    /// A data set is not of the template that it is to be used for.
+    #[error("it is of another template: {difference}")]
+    OtherTemplate {
+        /// In what they differ.
+        difference: String,
+    },
+    /// A depth that the 16-bit file format cannot hold.
+    #[error("depth of {depth_mm} mm in sample {index}, the file format holds 0.1 to 6553.5 mm")]
+    DepthRange {
+        /// The depth, mm.
+        depth_mm: f32,
+        /// Index of the sample.
+        index: u64,
+    },
     /// A recording's `camera.json` cannot be used.
     #[error("{reason}")]
     Sensor {

@@ -2,8 +2,8 @@
 
 use crate::clip::ClipStory;
 use crate::error::SynthError;
+use crate::sample::Sample;
 use crate::scene::Synthesizer;
-use deepsft_formats::Sample;
 use rayon::prelude::*;
 use std::ops::Range;
 

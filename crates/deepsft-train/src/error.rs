@@ -66,14 +66,6 @@ pub enum TrainError {
         /// Fewest samples.
         expected: u64,
     },
-    /// Shards hold more or fewer samples than their descriptions say.
-    #[error("the shards hold {actual} samples, their descriptions say {expected}")]
-    SampleCount {
-        /// Samples of the shards.
-        actual: u64,
-        /// Samples of the descriptions.
-        expected: u64,
-    },
     /// Two data sets have a sample in common.
     #[error("sample {index} of seed {seed} is in two of the data sets: it might be trained on and held out")]
     RepeatedSample {

@@ -3,7 +3,6 @@
 use crate::failure::usage;
 use crate::numbers::positive;
 use crate::object_choice::ObjectChoice;
-use crate::truth::write_truth;
 use crate::{interruption, progress};
 use anyhow::Result;
 use clap::Args;
@@ -12,7 +11,7 @@ use deepsft_formats::{FolderKind, StagedFolder, write_file};
 use deepsft_geometry::training_camera;
 use deepsft_synth::{
     CAMERA_FILE, CLIP_FILE, ClipDescription, ClipEvent, ClipLength, ClipStory, FIRST_CLIP_SEED, SynthConfig,
-    Synthesizer, frame_name,
+    Synthesizer, TRUTH_FOLDER, frame_name, write_dataset,
 };
 use std::path::PathBuf;
 
@@ -100,7 +99,7 @@ pub fn run(arguments: &ClipArguments) -> Result<()> {
     let bar = progress::counting(frames as u64, "frames");
     let samples = deepsft_synth::clip_frames(&story, 0..frames)
         .enumerate()
-        .map(|(frame, sample)| {
+        .map(|(frame, sample)| -> Result<_> {
             interruption::check()?;
             let sample = sample?;
             let png = encode_png(&sample.image)?;
@@ -109,7 +108,13 @@ pub fn run(arguments: &ClipArguments) -> Result<()> {
             Ok(sample)
         });
     let configuration = synthesizer.config().description();
-    write_truth(folder.path(), &template, configuration, arguments.seed, samples)?;
+    write_dataset(
+        &folder.path().join(TRUTH_FOLDER),
+        &template,
+        configuration,
+        arguments.seed,
+        samples,
+    )?;
     bar.finish_and_clear();
     let description = ClipDescription::new(&story);
     let write = |name: &str, content: String| write_file(&folder.path().join(name), content.as_bytes());

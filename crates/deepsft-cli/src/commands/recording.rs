@@ -2,15 +2,14 @@
 
 use crate::failure::BlameInput;
 use crate::object_choice::ObjectChoice;
-use crate::truth::write_truth;
 use crate::{interruption, progress};
 use anyhow::Result;
 use clap::{Args, Subcommand};
-use deepsft_formats::{DATASET_FILE, FolderKind, StagedFolder, write_file};
+use deepsft_formats::{FolderKind, StagedFolder, encode_jpeg, write_file};
 use deepsft_geometry::training_camera;
 use deepsft_synth::{
-    CAMERA_FILE, DEPTH_FOLDER, MASK_FOLDER, RGB_FOLDER, Recording, RecordingSimulator, SimulatedFrame, TRUTH_FOLDER,
-    encode_depth_png, encode_jpeg, encode_mask_png, in_order,
+    CAMERA_FILE, DATASET_FILE, DEPTH_FOLDER, MASK_FOLDER, RGB_FOLDER, Recording, RecordingSimulator, SimulatedFrame,
+    TRUTH_FOLDER, encode_depth_png, encode_mask_png, in_order, write_dataset,
 };
 use std::path::{Path, PathBuf};
 
@@ -107,17 +106,25 @@ fn simulate(arguments: &SimulateArguments) -> Result<()> {
     let frames = arguments.frames as usize;
     interruption::watch()?;
     let bar = progress::counting(frames as u64, "frames");
-    let samples = simulated_frames(&simulator, frames).enumerate().map(|(index, frame)| {
-        interruption::check()?;
-        let sample = write_frame(folder.path(), index, &simulator, frame?, arguments.masks)?;
-        bar.inc(1);
-        Ok(sample)
-    });
+    let samples = simulated_frames(&simulator, frames)
+        .enumerate()
+        .map(|(index, frame)| -> Result<_> {
+            interruption::check()?;
+            let sample = write_frame(folder.path(), index, &simulator, frame?, arguments.masks)?;
+            bar.inc(1);
+            Ok(sample)
+        });
     let configuration = simulator.renderer().description();
-    write_truth(folder.path(), &template, configuration, arguments.seed, samples)?;
+    write_dataset(
+        &folder.path().join(TRUTH_FOLDER),
+        &template,
+        configuration,
+        arguments.seed,
+        samples,
+    )?;
     bar.finish_and_clear();
     let write = |name: &str, content: String| write_file(&folder.path().join(name), content.as_bytes());
-    write(CAMERA_FILE, simulator.sensor().to_json()?)?;
+    write(CAMERA_FILE, simulator.sensor().to_json())?;
     write(README, readme(&simulator, arguments, frames))?;
     folder.commit()?;
     println!("simulated recording, {frames} frames: {}", arguments.out.display());

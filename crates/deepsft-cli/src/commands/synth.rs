@@ -7,8 +7,11 @@ use crate::{input, progress, synthesis};
 use anyhow::{Result, bail};
 use clap::Args;
 use deepsft::encode_png;
-use deepsft_formats::{DATASET_FILE, DatasetFolder, DatasetPart, dataset_parts, read_template};
-use deepsft_synth::{DatasetDescription, DatasetPlan, Sample, Synthesizer, UnfinishedDataset};
+use deepsft_formats::read_template;
+use deepsft_synth::{
+    DATASET_FILE, DatasetDescription, DatasetFolder, DatasetPart, DatasetPlan, Sample, Synthesizer, UnfinishedDataset,
+    dataset_parts,
+};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Instant;

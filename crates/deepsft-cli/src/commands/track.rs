@@ -157,9 +157,10 @@ pub fn run(arguments: &TrackArguments) -> Result<()> {
         camera,
         frames_per_s: video.frames_per_s,
         tracker: VideoFollower::new(&mut finder, options, || milliseconds(began))?,
-        truth: clip
-            .as_ref()
-            .map(|clip| Box::new(clip.truth()) as Box<dyn Iterator<Item = _>>),
+        truth: match &clip {
+            Some(clip) => Some(Box::new(clip.truth()?)),
+            None => None,
+        },
         texture_png: arguments.meshes.then(|| encode_png(template.texture())).transpose()?,
         pictures: arguments.pictures,
         folder: TrackFolder::new(&arguments.out, template.mesh().vertices().len())?,

@@ -18,7 +18,5 @@ pub use kind::FolderKind;
 pub use lock::FolderLock;
 #[cfg(feature = "scan")]
 pub use scan::read_scan_file;
-#[cfg(feature = "shards")]
-pub(crate) use staged_folder::unfinished_folder;
-pub use staged_folder::{StagedFolder, check_folder, recover_folder, write_folder};
+pub use staged_folder::{StagedFolder, check_folder, recover_folder, unfinished_folder, write_folder};
 pub use template::read_template;

@@ -264,7 +264,7 @@ fn exchange(_one: &Path, _other: &Path) -> io::Result<()> {
 }
 
 /// Returns where a folder is made that can be resumed and is to stand at `place`: `NAME.partial`.
-pub(crate) fn unfinished_folder(place: &Path) -> PathBuf {
+pub fn unfinished_folder(place: &Path) -> PathBuf {
     let mut name = place.file_name().map_or_else(OsString::new, OsString::from);
     name.push(".partial");
     place.with_file_name(name)

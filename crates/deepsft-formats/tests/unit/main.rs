@@ -6,10 +6,6 @@ mod assembly;
 #[cfg(feature = "fs")]
 mod atomic;
 mod camera;
-#[cfg(all(feature = "shards", feature = "fs"))]
-mod dataset_folder;
-#[cfg(feature = "shards")]
-mod edge_lengths;
 #[cfg(feature = "exif")]
 mod exif;
 mod glb;
@@ -19,8 +15,6 @@ mod gltf;
 mod lock;
 mod npy;
 mod obj;
-#[cfg(all(feature = "shards", feature = "fs"))]
-mod part;
 mod picture;
 #[cfg(feature = "scan")]
 mod scanned_obj;

@@ -1,7 +1,9 @@
 //! Clips as folders: numbered frames, their camera, what happens in them, and the truth as a data set.
 
 use super::ClipStory;
-use deepsft_formats::{CAMERA_FILE, DatasetFolder, FormatError, Sample, read_camera};
+use crate::dataset::DatasetFolder;
+use crate::sample::Sample;
+use deepsft_formats::{CAMERA_FILE, FormatError, read_camera};
 use deepsft_geometry::Camera;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -110,8 +112,8 @@ impl ClipFolder {
     /// The truth of the frames in order.
     ///
     /// # Errors
-    /// Items are the errors of [`DatasetFolder::samples`].
-    pub fn truth(&self) -> impl Iterator<Item = Result<Sample, FormatError>> + use<> {
+    /// Those of [`DatasetFolder::samples`].
+    pub fn truth(&self) -> Result<impl Iterator<Item = Result<Sample, FormatError>> + use<>, FormatError> {
         self.truth.samples(self.camera)
     }
 }

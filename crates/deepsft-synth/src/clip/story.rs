@@ -3,9 +3,9 @@
 use crate::clip::motion::ClipMotion;
 use crate::error::SynthError;
 use crate::random::{Stream, generator, mix};
+use crate::sample::Sample;
 use crate::scene::occluder::PassingArm;
 use crate::scene::{Moment, Scene, SynthConfig, Synthesizer};
-use deepsft_formats::Sample;
 use deepsft_geometry::Camera;
 use deepsft_geometry::glam::DVec3;
 use rand::RngExt;

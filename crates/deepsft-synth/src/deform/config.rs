@@ -1,7 +1,7 @@
 //! Which deformations of a sheet are drawn, and how strong they are.
 
+use crate::edge_lengths::EdgeLengthChange;
 use crate::random::between;
-use deepsft_formats::EdgeLengthChange;
 use rand::Rng;
 use serde::Serialize;
 

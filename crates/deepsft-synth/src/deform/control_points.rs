@@ -1,9 +1,9 @@
 //! Deformations of any mesh by control points: some regions are turned at random, the rest follows as rigidly as possible.
 
 use crate::deform::relaxation::edge_length_changes;
+use crate::edge_lengths::EdgeLengthChange;
 use crate::error::SynthError;
 use crate::random::{between, unit_direction};
-use deepsft_formats::EdgeLengthChange;
 use deepsft_geometry::VertexPoint;
 use deepsft_geometry::glam::{DQuat, DVec3};
 use deepsft_geometry::{ArapCompletion, CompletionOptions, RigidMotion, TriangleMesh, Welding};

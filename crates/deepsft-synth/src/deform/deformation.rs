@@ -12,7 +12,7 @@ use crate::deform::config::{DeformationConfig, DeformationFamily};
 use crate::deform::manipulation::Manipulation;
 use crate::deform::relaxation::Relaxation;
 use crate::deform::sheet_shape::Shape;
-use deepsft_formats::EdgeLengthChange;
+use crate::edge_lengths::EdgeLengthChange;
 use deepsft_geometry::{
     Template, TriangleMesh,
     glam::{DQuat, DVec2, DVec3},

@@ -1,6 +1,6 @@
 //! Position-based relaxation: vertices move until the mesh's edges have their rest length again.
 
-use deepsft_formats::EdgeLengthChange;
+use crate::edge_lengths::EdgeLengthChange;
 use deepsft_geometry::{Template, glam::DVec3};
 
 /// Fraction of the error of a row's or column's second difference that one sweep removes: high enough

@@ -1,10 +1,11 @@
 //! Reads RGB-D recordings, from which training steps 2 and 3 learn.
 
+use crate::camera_images::{decode_depth, decode_picture_of_camera};
 use crate::error::SynthError;
 use crate::recording::alignment::DepthAlignment;
 use crate::recording::pairing::{self, MASK_FOLDER, Pair};
 use crate::recording::sensor::RgbdSensor;
-use deepsft_formats::{CAMERA_FILE, FormatError, decode_camera_picture, decode_depth_png};
+use deepsft_formats::{CAMERA_FILE, FormatError};
 use deepsft_geometry::{Camera, CanonicalWarp, Picture};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -108,15 +109,15 @@ impl Recording {
         let image = warp.apply(&read(
             &self.folder.join(&pair.rgb),
             &self.sensor.color,
-            decode_camera_picture,
+            decode_picture_of_camera,
         )?)?;
-        let raw = read(&self.folder.join(&pair.depth), &self.sensor.depth, decode_depth_png)?;
+        let raw = read(&self.folder.join(&pair.depth), &self.sensor.depth, decode_depth)?;
         let depth_mm = DepthAlignment::new(&self.sensor, canonical).apply(&raw);
         let mask = if self.has_masks {
             let mask = read(
                 &pair.mask(&self.folder.join(MASK_FOLDER)),
                 &self.sensor.color,
-                decode_camera_picture,
+                decode_picture_of_camera,
             )?;
             let warped = warp.apply(&mask)?;
             Some(warped.rgb().chunks_exact(3).map(|c| c[0] >= MASK_THRESHOLD).collect())

@@ -3,7 +3,6 @@
 
 mod clips;
 mod closed_forms;
-mod indexed_shards;
 mod meshes;
 mod recordings;
 mod samples;

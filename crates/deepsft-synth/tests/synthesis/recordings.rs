@@ -1,9 +1,10 @@
 //! RGB-D recordings: what is written comes back, what is wrong is named, what is simulated agrees with its truth.
 
+use deepsft_formats::encode_jpeg;
 use deepsft_geometry::{Camera, Picture, Template, training_camera};
 use deepsft_synth::{
     CAMERA_FILE, DEPTH_FOLDER, MASK_FOLDER, RGB_FOLDER, Recording, RecordingSimulator, RgbdSensor, SynthError,
-    encode_depth_png, encode_jpeg, encode_mask_png,
+    encode_depth_png, encode_mask_png,
 };
 use image::ImageEncoder;
 use image::codecs::png::PngEncoder;
@@ -45,7 +46,7 @@ fn write_small(folder: &Path) {
         depth_scale: 5000.0,
         ..RgbdSensor::registered(small_camera())
     };
-    write(folder, CAMERA_FILE, sensor.to_json().unwrap().as_bytes());
+    write(folder, CAMERA_FILE, sensor.to_json().as_bytes());
     for name in ["a", "b"] {
         write(folder, &format!("rgb/{name}.png"), &png(&color()));
         let depth = encode_depth_png(&depth(), &small_camera()).unwrap();
@@ -197,7 +198,7 @@ fn a_simulated_recording_aligned_and_read_back_measures_its_truth_up_to_the_sens
     let sensor = simulator.sensor();
     assert!(sensor.simulated && !sensor.is_registered());
     let frame = simulator.take(1).frame(2).unwrap();
-    write(folder.path(), CAMERA_FILE, sensor.to_json().unwrap().as_bytes());
+    write(folder.path(), CAMERA_FILE, sensor.to_json().as_bytes());
     write(folder.path(), "rgb/0.png", &png(&frame.color.image));
     let depth = encode_depth_png(&frame.depth, &sensor.depth).unwrap();
     write(folder.path(), "depth/0.png", &depth);

@@ -3,7 +3,7 @@
 use super::capsule::capsule;
 use super::edge_length_change;
 use crate::deform::ControlPointDeformation;
-use deepsft_formats::EdgeLengthChange;
+use crate::edge_lengths::EdgeLengthChange;
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 

@@ -3,7 +3,7 @@
 use super::edge_length_change;
 use crate::deform::config::DeformationFamily;
 use crate::deform::{DeformationConfig, deform};
-use deepsft_formats::EdgeLengthChange;
+use crate::edge_lengths::EdgeLengthChange;
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::{Picture, Template};
 use rand::SeedableRng;

@@ -1,7 +1,6 @@
 //! Samples made some at a time.
 
-use crate::{SynthConfig, Synthesizer, in_order, samples};
-use deepsft_formats::Sample;
+use crate::{Sample, SynthConfig, Synthesizer, in_order, samples};
 use deepsft_geometry::{Picture, Template};
 
 /// Samples that are made at a time.

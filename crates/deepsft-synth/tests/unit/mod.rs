@@ -1,18 +1,21 @@
 //! The pieces of the crate, one by one.
 
 use crate::deform::edge_length_changes;
-use deepsft_formats::EdgeLengthChange;
+use crate::edge_lengths::EdgeLengthChange;
 use deepsft_geometry::TriangleMesh;
 use deepsft_geometry::glam::DVec3;
 
 mod alignment;
 pub(crate) mod capsule;
 mod control_points;
+mod dataset_folder;
 mod deformation;
 mod depth_camera;
+mod edge_lengths;
 mod in_order;
 mod motion;
 mod paper_protocol;
+mod part;
 mod pose;
 mod print_response;
 mod projected_mesh;

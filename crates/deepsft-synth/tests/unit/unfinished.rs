@@ -1,7 +1,6 @@
 //! Data sets in the making.
 
-use crate::{DatasetPlan, SynthConfig, SynthError, Synthesizer, UnfinishedDataset};
-use deepsft_formats::{DATASET_FILE, DatasetFolder};
+use crate::{DATASET_FILE, DatasetFolder, DatasetPlan, SynthConfig, SynthError, Synthesizer, UnfinishedDataset};
 use deepsft_geometry::{Picture, Template};
 use std::fs;
 use std::path::Path;
@@ -68,8 +67,66 @@ fn a_finished_set_stands_in_its_place_with_nothing_beside_it() {
     let set = DatasetFolder::open(&place).unwrap();
     assert!(plan.is_of(set.description()));
     set.check_hashes(|| ()).unwrap();
-    let samples: Vec<_> = set.samples(synthesizer.config().camera).map(Result::unwrap).collect();
+    let samples: Vec<_> = set
+        .samples(synthesizer.config().camera)
+        .unwrap()
+        .map(Result::unwrap)
+        .collect();
     assert!(samples[2].image == synthesizer.sample(3, 6).image);
+}
+
+#[test]
+fn a_set_goes_on_after_its_whole_shards_wherever_it_ended() {
+    let above = tempfile::tempdir().unwrap();
+    let (place, at_once) = (above.path().join("set"), above.path().join("at-once"));
+    let synthesizer = synthesizer();
+    let open = |place: &Path| UnfinishedDataset::open(place, DatasetPlan::new(&synthesizer, 3, 0..5, 2)).unwrap();
+    open(&at_once).make(&synthesizer, None, || ()).unwrap();
+    // It ends within a shard: with the second sample of the second, as when its process is killed.
+    let begin = || {
+        let mut made = 0;
+        let made = || {
+            made += 1;
+            assert!(made < 4, "killed");
+        };
+        let set = open(&place);
+        std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| set.make(&synthesizer, None, made))).unwrap_err();
+    };
+    begin();
+    let begun = above.path().join("set.partial");
+    assert!(begun.join("shard.tmp").is_file() && !place.exists());
+    assert_eq!(open(&place).finished(), 2);
+    // A shard cut short is not whole, nor is what comes after it.
+    fs::write(begun.join("shard-000000.tar"), "cut").unwrap();
+    assert_eq!(open(&place).finished(), 0);
+    begin();
+    open(&place).make(&synthesizer, None, || ()).unwrap();
+    let set = |place: &Path| DatasetFolder::open(place).unwrap();
+    assert_eq!(set(&place).description(), set(&at_once).description());
+    assert_eq!(fs::read_dir(above.path()).unwrap().count(), 2);
+    assert_eq!(
+        set(&place)
+            .description()
+            .edge_length_change
+            .as_ref()
+            .unwrap()
+            .histogram
+            .samples,
+        5
+    );
+}
+
+#[test]
+fn a_shard_that_fails_leaves_those_before_it_and_nothing_of_its_own() {
+    let above = tempfile::tempdir().unwrap();
+    let (place, begun) = (above.path().join("set"), above.path().join("set.partial"));
+    let set = UnfinishedDataset::open(&place, plan(2)).unwrap();
+    // In the way of the second.
+    fs::create_dir(begun.join("shard-000001.tar")).unwrap();
+    let error = set.make(&synthesizer(), None, || ()).unwrap_err().to_string();
+    assert!(error.contains("shard-000001.tar"), "{error}");
+    assert!(!begun.join("shard.tmp").exists());
+    assert_eq!(UnfinishedDataset::open(&place, plan(2)).unwrap().finished(), 1);
 }
 
 #[test]
@@ -80,8 +137,7 @@ fn a_set_of_the_last_indices_there_are_is_finished() {
     let plan = DatasetPlan::new(&synthesizer, 3, u64::MAX - 6..u64::MAX - 3, 1000);
     let set = UnfinishedDataset::open(&place, plan).unwrap();
     set.make(&synthesizer, None, || ()).unwrap();
-    let samples = DatasetFolder::open(&place)
-        .unwrap()
-        .samples(synthesizer.config().camera);
+    let set = DatasetFolder::open(&place).unwrap();
+    let samples = set.samples(synthesizer.config().camera).unwrap();
     assert_eq!(samples.map(Result::unwrap).count(), 3);
 }

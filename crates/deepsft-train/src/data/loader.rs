@@ -205,8 +205,8 @@ fn window_corner(sample: &Sample, shape: BatchShape, seed: u64, index: u64) -> (
 mod tests {
     use super::*;
     use crate::StoredSamples;
-    use deepsft_geometry::{Picture, Template, training_camera};
-    use deepsft_synth::{DatasetDescription, IndexedShards, SampleRecord, SynthConfig, Synthesizer, write_shard};
+    use deepsft_geometry::{Picture, Template};
+    use deepsft_synth::{DatasetFolder, DatasetPlan, SynthConfig, Synthesizer, UnfinishedDataset};
 
     const SEED: u64 = 3;
 
@@ -215,21 +215,14 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let template = Template::thin_shell(Picture::from_fn(9, 6, |x, _| [20 * x as u8; 3]), 180.0, 120.0).unwrap();
         let synthesizer = Synthesizer::new(&template, SynthConfig::default()).unwrap();
-        let path = folder.path().join("7.tar");
-        let records = (0..11).map(|index| SampleRecord {
-            seed: SEED,
-            index,
-            sample: synthesizer.sample(SEED, index),
-        });
-        write_shard(std::fs::File::create(&path).unwrap(), records).unwrap();
-        let mut shards = IndexedShards::new(training_camera());
-        shards.add(&path).unwrap();
-        let set = DatasetDescription::new(&template, synthesizer.config().description(), SEED, 11, Vec::new());
-        let stored = Arc::new(StoredSamples::new(shards, &[set]).unwrap());
-        std::fs::write(&path, "cut").unwrap();
+        let place = folder.path().join("set");
+        let unfinished = UnfinishedDataset::open(&place, DatasetPlan::new(&synthesizer, SEED, 0..11, 11)).unwrap();
+        unfinished.make(&synthesizer, None, || ()).unwrap();
+        let stored = Arc::new(StoredSamples::open(&[DatasetFolder::open(&place).unwrap()], |_| ()).unwrap());
+        std::fs::write(place.join("shard-000000.tar"), "cut").unwrap();
         let mut loader = Loader::start(&stored, Targets::Maps(DepthRange::default()), SEED, Some(11), 2);
         loader.ask(0, BatchShape::whole_frames(2));
-        assert!(loader.take().err().unwrap().to_string().contains("7.tar"));
+        assert!(loader.take().err().unwrap().to_string().contains("shard-000000.tar"));
     }
 
     #[test]

@@ -1,7 +1,8 @@
 //! Where the samples of step 1 come from: made on the fly, or read from data sets.
 
 use crate::error::TrainError;
-use deepsft_synth::{DatasetDescription, IndexedShards, Sample, Synthesizer};
+use deepsft_geometry::training_camera;
+use deepsft_synth::{DatasetDescription, DatasetFolder, IndexedShards, Sample, Synthesizer};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -66,27 +67,23 @@ pub struct StoredSamples {
 }
 
 impl StoredSamples {
-    /// The samples of `shards`, which are those of the data sets of `descriptions`, in their order.
+    /// Finds the samples of `sets`, which the training camera must have taken. `found` is told the number of each shard's.
     ///
     /// # Errors
-    /// [`TrainError::SampleCount`] when there are not as many as described, [`TrainError::RepeatedSample`] when two data sets
-    /// share some: one might be trained on and held out.
-    pub fn new(shards: IndexedShards, descriptions: &[DatasetDescription]) -> Result<Self, TrainError> {
-        let expected = descriptions.iter().map(|set| set.samples).sum();
-        if shards.samples() != expected {
-            let actual = shards.samples();
-            return Err(TrainError::SampleCount { actual, expected });
-        }
-        for (number, one) in descriptions.iter().enumerate() {
-            for other in &descriptions[..number] {
-                check_apart(one, other)?;
-            }
+    /// [`TrainError::RepeatedSample`] when two data sets share some: one might be trained on and held out; and those of
+    /// [`IndexedShards::open`].
+    pub fn open(sets: &[DatasetFolder], found: impl FnMut(u64)) -> Result<Self, TrainError> {
+        let descriptions = || sets.iter().map(DatasetFolder::description);
+        for (number, one) in descriptions().enumerate() {
+            descriptions()
+                .take(number)
+                .try_for_each(|other| check_apart(one, other))?;
         }
         // What the samples depend on; not how they are cut into files.
-        let fingerprint = descriptions
-            .iter()
+        let fingerprint = descriptions()
             .map(|set| format!("{:?} {} {} {};", identity(set), set.seed, set.first, set.samples))
             .collect();
+        let shards = IndexedShards::open(sets, training_camera(), found)?;
         Ok(Self { shards, fingerprint })
     }
 
@@ -106,7 +103,7 @@ impl StoredSamples {
 
 impl SampleSource for StoredSamples {
     fn sample(&self, _: u64, index: u64) -> Result<Sample, TrainError> {
-        Ok(self.shards.record(index)?.sample)
+        Ok(self.shards.sample(index)?)
     }
 
     fn training_samples(&self, held_out_frames: u64) -> Result<Option<u64>, TrainError> {
@@ -115,10 +112,8 @@ impl SampleSource for StoredSamples {
 
     fn held_out(&self, _: u64, held_out_frames: u64) -> Result<Vec<Sample>, TrainError> {
         let numbers = self.held_out_range(held_out_frames)?;
-        numbers
-            .into_par_iter()
-            .map(|number| Ok(self.shards.record(number)?.sample))
-            .collect()
+        let samples = numbers.into_par_iter().map(|number| self.shards.sample(number));
+        Ok(samples.collect::<Result<_, _>>()?)
     }
 
     fn fingerprint(&self) -> String {

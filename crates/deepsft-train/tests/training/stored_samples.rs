@@ -3,35 +3,22 @@
 use crate::common::{alone, copy, small_compact, template, weights};
 use burn::tensor::Device;
 use deepsft_geometry::training_camera;
-use deepsft_synth::{DatasetDescription, IndexedShards, Sample, SampleRecord, SynthConfig, Synthesizer, write_shard};
+use deepsft_synth::{DatasetFolder, DatasetPlan, Sample, SynthConfig, Synthesizer, UnfinishedDataset};
 use deepsft_train::{
     BatchShape, Budget, Progress, SampleSource, Schedule, StoredSamples, TrainConfig, TrainError, Trained, train,
 };
 use std::collections::BTreeSet;
-use std::fs::File;
 use std::path::Path;
 use std::sync::{Arc, Mutex};
 
 /// A data set of `samples` samples of `seed` in one shard.
 fn stored(folder: &Path, seed: u64, samples: u64) -> StoredSamples {
     let synthesizer = Synthesizer::new(&template(), SynthConfig::default()).unwrap();
-    let path = folder.join(format!("{seed}-{samples}.tar"));
-    let records = (0..samples).map(|index| SampleRecord {
-        seed,
-        index,
-        sample: synthesizer.sample(seed, index),
-    });
-    write_shard(File::create(&path).unwrap(), records).unwrap();
-    let mut shards = IndexedShards::new(training_camera());
-    shards.add(path).unwrap();
-    let set = DatasetDescription::new(
-        &template(),
-        synthesizer.config().description(),
-        seed,
-        samples,
-        Vec::new(),
-    );
-    StoredSamples::new(shards, &[set]).unwrap()
+    let place = folder.join(format!("{seed}-{samples}"));
+    let plan = DatasetPlan::new(&synthesizer, seed, 0..samples, samples);
+    let unfinished = UnfinishedDataset::open(&place, plan).unwrap();
+    unfinished.make(&synthesizer, None, || ()).unwrap();
+    StoredSamples::open(&[DatasetFolder::open(&place).unwrap()], |_| ()).unwrap()
 }
 
 /// A data set that keeps a list of the samples that were asked for.

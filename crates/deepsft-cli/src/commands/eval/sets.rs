@@ -5,8 +5,7 @@ use crate::progress;
 use crate::synthesis::{self, SynthesisOptions};
 use anyhow::{Result, anyhow};
 use deepsft::ModelBundle;
-use deepsft_formats::{DATASET_FILE, DatasetFolder};
-use deepsft_synth::{CAMERA_FILE, Recording, TRUTH_FOLDER};
+use deepsft_synth::{CAMERA_FILE, DATASET_FILE, DatasetFolder, Recording, TRUTH_FOLDER};
 use deepsft_train::{EvaluationFrame, FrameTruth, TrainError};
 use indicatif::ProgressBar;
 use std::path::{Path, PathBuf};
@@ -60,7 +59,7 @@ impl DataSet<'_> {
                 let set = DatasetFolder::open(folder)?;
                 let template = set.description().check_template(bundle.template());
                 template.blame("data set", folder)?;
-                let samples = set.samples(*bundle.camera());
+                let samples = set.samples(*bundle.camera())?;
                 Ok(FrameSet {
                     name: format!("data set {}", folder.display()),
                     count: set.description().samples,
@@ -112,7 +111,7 @@ fn recording(folder: &Path, bundle: &ModelBundle) -> Result<FrameSet> {
         let samples = description.samples;
         Err(anyhow!("its truth has {samples} frames, it has {count}")).blame("recording", folder)?;
     }
-    let exact = truth.samples(camera);
+    let exact = truth.samples(camera)?;
     let frames = recorded.zip(exact).map(|(recorded, exact)| {
         let (mut frame, sample) = (recorded?, exact?);
         frame.truth = FrameTruth::Exact {

@@ -3,9 +3,8 @@
 use crate::failure::BlameInput;
 use crate::{input, progress};
 use anyhow::{Result, anyhow};
-use deepsft_formats::{DatasetFolder, FormatError};
-use deepsft_geometry::{Template, training_camera};
-use deepsft_synth::{CAMERA_FILE, DatasetDescription, IndexedShards};
+use deepsft_geometry::Template;
+use deepsft_synth::{CAMERA_FILE, DatasetFolder};
 use deepsft_train::{ACCURACY_SEED, SampleSource, StoredSamples, TrainError};
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -18,7 +17,7 @@ pub struct DataSets {
     pub training: u64,
     pub held_out: u64,
     /// Names and seeds of the sets.
-    sets: Vec<(String, DatasetDescription)>,
+    sets: String,
 }
 
 impl DataSets {
@@ -31,39 +30,25 @@ impl DataSets {
             .map(|folder| open_one(folder, template))
             .collect::<Result<_>>()?;
         input::check_hashes(&sets)?;
-        let sets: Vec<_> = sets.iter().map(|set| set.description().clone()).collect();
-        let mut shards = IndexedShards::new(training_camera());
-        let bar = progress::counting(sets.iter().map(|set| set.samples).sum(), "samples found");
-        for (set, folder) in sets.iter().zip(folders) {
-            let before = shards.samples();
-            for name in &set.shards {
-                let index = set.first + (shards.samples() - before);
-                let added = shards.add_described(folder.join(name), set.seed, index);
-                let added = added.map_err(TrainError::from);
-                bar.inc(blame_shard(added)?);
-            }
-            let (found, described) = (shards.samples() - before, set.samples);
-            if found != described {
-                Err(anyhow!(
-                    "its shards hold {found} samples, its description says {described}"
-                ))
-                .blame("data set", folder)?;
-            }
-        }
+        let all = sets.iter().map(|set| set.description().samples).sum();
+        let bar = progress::counting(all, "samples found");
+        let samples = match StoredSamples::open(&sets, |found| bar.inc(found)) {
+            Err(error @ TrainError::RepeatedSample { .. }) => Err(error).blame("data set", last)?,
+            samples => samples?,
+        };
         bar.finish_and_clear();
-        let all = shards.samples();
-        let samples = StoredSamples::new(shards, &sets).blame("data set", last)?;
         let training = samples.training_samples(held_out_frames).blame("data set", last)?;
         let training = training.unwrap_or(all);
+        let described = folders.iter().zip(&sets).map(|(folder, set)| {
+            let description = set.description();
+            let (samples, seed) = (description.samples, description.seed);
+            format!("data set {} ({samples} samples of seed {seed}), ", folder.display())
+        });
         Ok(Some(Self {
             samples: Arc::new(samples),
             training,
             held_out: all - training,
-            sets: folders
-                .iter()
-                .map(|folder| folder.display().to_string())
-                .zip(sets)
-                .collect(),
+            sets: described.collect(),
         }))
     }
 }
@@ -71,10 +56,7 @@ impl DataSets {
 /// What they are, for the model's card.
 impl fmt::Display for DataSets {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (name, set) in &self.sets {
-            write!(f, "data set {name} ({} samples of seed {}), ", set.samples, set.seed)?;
-        }
-        write!(f, "the last {} held out", self.held_out)
+        write!(f, "{}the last {} held out", self.sets, self.held_out)
     }
 }
 
@@ -94,12 +76,4 @@ fn open_one(folder: &Path, template: &Template) -> Result<DatasetFolder> {
     description.check_template(template).blame("data set", folder)?;
     set.check_shards()?;
     Ok(set)
-}
-
-/// Lays what is wrong with a shard at its door, also when it is met while training.
-pub fn blame_shard<T>(result: Result<T, TrainError>) -> Result<T> {
-    match result {
-        Err(TrainError::Format(FormatError::File { reason, path })) => Err(anyhow!(reason)).blame("shard", &path),
-        other => Ok(other?),
-    }
 }

@@ -7,10 +7,9 @@ use crate::output::curve_plot;
 use crate::progress;
 use anyhow::Result;
 use deepsft::{ModelBundle, encode_png};
-use deepsft_formats::{DATASET_FILE, DatasetFolder};
 use deepsft_geometry::{ColorResponse, training_camera};
 use deepsft_network::Network;
-use deepsft_synth::{Recording, Sample, TRUTH_FOLDER};
+use deepsft_synth::{DATASET_FILE, DatasetFolder, Recording, Sample, TRUTH_FOLDER};
 use deepsft_train::{
     Checkpoint, Device, Progress, RecordedFrames, RecordingMetrics, TrainConfig, TuningSet, TuningStep, curve_csv,
     set_aside_outdated, tune, tuning_json, tuning_table,
@@ -156,7 +155,7 @@ fn truth(folder: &Path, frames: &RecordedFrames) -> Result<BTreeMap<usize, Sampl
     }
     let truth = DatasetFolder::open(&truth)?;
     let mut samples = BTreeMap::new();
-    for (index, sample) in truth.samples(training_camera()).enumerate() {
+    for (index, sample) in truth.samples(training_camera())?.enumerate() {
         let sample = sample?;
         if frames.held_out.iter().any(|frame| frame.index == index) {
             samples.insert(index, sample);

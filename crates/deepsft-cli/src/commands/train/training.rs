@@ -2,7 +2,7 @@
 
 use super::arguments::TrainArguments;
 use super::bundle_folder::BUNDLE_FOLDER;
-use super::data_sets::{DataSets, blame_shard};
+use super::data_sets::DataSets;
 use super::plan::Plan;
 use super::progress_lines::tell;
 use super::recording_steps::{self, TunedBundle};
@@ -51,8 +51,7 @@ impl Training<'_> {
             None => self.synthesizer.clone(),
         };
         let bar = progress::fraction();
-        let trained = train(&source, &network, config, &self.device, |told| tell(&bar, told));
-        let trained = blame_shard(trained)?;
+        let trained = train(&source, &network, config, &self.device, |told| tell(&bar, told))?;
         bar.finish_and_clear();
         let curve = trained.state.curve.clone();
         Ok((self.write(trained, &curve, None)?, curve))

@@ -2,11 +2,11 @@
 
 use crate::progress::Progress;
 use anyhow::{Context, Result};
-use deepsft_formats::{Sample, decode_picture};
+use deepsft_formats::{decode_picture, encode_jpeg};
 use deepsft_geometry::glam::{DVec2, DVec3};
 use deepsft_geometry::{Camera, CanonicalWarp, Picture, Template, training_camera};
 use deepsft_synth::random::{Stream, generator};
-use deepsft_synth::{EffectsConfig, PoseConfig, SynthConfig, Synthesizer, encode_jpeg};
+use deepsft_synth::{EffectsConfig, PoseConfig, Sample, SynthConfig, Synthesizer};
 use rand::{Rng, RngExt};
 use std::fmt;
 

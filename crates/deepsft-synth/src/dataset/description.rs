@@ -1,13 +1,18 @@
 //! `dataset.json`: what a data set is, beside its shards.
 
-use super::{DEPTH_UNITS_PER_MM, EdgeLengthChange, EdgeLengthHistogram, UV_ONE};
-use crate::error::FormatError;
-use crate::fingerprint::{fingerprint, template_fingerprint};
+use super::Reason;
+use super::entries::{DEPTH_UNITS_PER_MM, UV_ONE};
+use crate::edge_lengths::{EdgeLengthHistogram, EdgeLengthSummary};
+use crate::error::SynthError;
+use deepsft_formats::{fingerprint, template_fingerprint};
 use deepsft_geometry::Template;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-/// Version of the layout of the shards (see [`crate::write_shard`]), written into `dataset.json`.
+/// Name of the description in a data set's folder.
+pub const DATASET_FILE: &str = "dataset.json";
+
+/// Version of the layout of the shards, written into `dataset.json`.
 const FORMAT_VERSION: u32 = 1;
 
 /// What `dataset.json` says of the shards beside it.
@@ -48,10 +53,10 @@ pub struct DatasetDescription {
     /// Differs when template, configuration or photographs do: with seed and index it determines a sample.
     #[serde(default)]
     pub fingerprint: String,
-    /// How isometric the deformations are.
+    /// How isometric the deformations are, where that was counted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub edge_length_change: Option<EdgeLengthSummary>,
-    /// How many shapes came out as they were drawn, where control points made them and that is known of all of them.
+    /// How many shapes came out as they were drawn, where control points made them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub handle_shapes: Option<ShapeCounts>,
 }
@@ -69,51 +74,30 @@ pub struct ShapeCounts {
 
 impl ShapeCounts {
     /// Counts a shape by its strength: 1 as drawn, 0 at rest.
-    pub fn count(&mut self, strength: f64) {
+    pub(super) fn count(&mut self, strength: f64) {
         self.shapes += 1;
         self.weakened += u64::from(strength > 0.0 && strength < 1.0);
         self.at_rest += u64::from(strength == 0.0);
     }
 
     /// Adds the counts of other samples. What is too large stays the largest number there is.
-    pub fn add(&mut self, other: &Self) {
+    fn add(&mut self, other: &Self) {
         self.shapes = self.shapes.saturating_add(other.shapes);
         self.weakened = self.weakened.saturating_add(other.weakened);
         self.at_rest = self.at_rest.saturating_add(other.at_rest);
     }
 }
 
-/// Relative change |l / l0 - 1| of the lengths of the mesh's edges in a data set, over all edges of all samples that
-/// show the object.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct EdgeLengthSummary {
-    /// Median.
-    pub median: f64,
-    /// 95th percentile.
-    pub p95: f64,
-    /// All changes, from which sets can be added up.
-    pub histogram: EdgeLengthHistogram,
-}
-
-impl EdgeLengthSummary {
-    /// The summary of a histogram.
-    pub fn new(histogram: EdgeLengthHistogram) -> Self {
-        let EdgeLengthChange { median, p95 } = histogram.change();
-        Self { median, p95, histogram }
-    }
-}
-
 impl DatasetDescription {
-    /// The description of `samples` samples of `template`, made with `seed` and the settings `configuration`, in
-    /// `shards`.
-    pub fn new(template: &Template, configuration: Value, seed: u64, samples: u64, shards: Vec<String>) -> Self {
+    /// The description of a data set of `template` without samples yet, made with `seed` and the settings `configuration`.
+    pub(super) fn new(template: &Template, configuration: Value, seed: u64) -> Self {
         Self {
             format_version: FORMAT_VERSION,
             seed,
             first: 0,
-            samples,
+            samples: 0,
             part: None,
-            shards,
+            shards: Vec::new(),
             shard_bytes: Vec::new(),
             shard_sha256: Vec::new(),
             template_size_mm: template.size_mm().to_array(),
@@ -128,11 +112,38 @@ impl DatasetDescription {
         }
     }
 
+    /// Adds what was counted of further samples.
+    pub(super) fn count(&mut self, edge_lengths: &EdgeLengthHistogram, shapes: &ShapeCounts) {
+        if edge_lengths.samples > 0 {
+            self.edge_length_change.get_or_insert_default().add(edge_lengths);
+        }
+        if shapes.shapes > 0 {
+            self.handle_shapes.get_or_insert_default().add(shapes);
+        }
+    }
+
+    /// Adds the part `next` of the same data set, which follows those before.
+    pub(super) fn append(&mut self, mut next: Self) -> Result<(), Reason> {
+        let follows = Some(next.first) == self.first.checked_add(self.samples);
+        let samples = self.samples.checked_add(next.samples);
+        let samples = samples.ok_or("its parts say that they have more samples than can be counted")?;
+        if (&next.fingerprint, next.seed) != (&self.fingerprint, self.seed) || !follows {
+            return Err("it is part of another data set than those before it".into());
+        }
+        self.samples = samples;
+        self.shards.append(&mut next.shards);
+        self.shard_bytes.append(&mut next.shard_bytes);
+        self.shard_sha256.append(&mut next.shard_sha256);
+        let edge_lengths = next.edge_length_change.unwrap_or_default().histogram;
+        self.count(&edge_lengths, &next.handle_shapes.unwrap_or_default());
+        Ok(())
+    }
+
     /// Checks that the set is of `template`: its size, its mesh and its texture.
     ///
     /// # Errors
-    /// [`FormatError::OtherTemplate`].
-    pub fn check_template(&self, template: &Template) -> Result<(), FormatError> {
+    /// [`SynthError::OtherTemplate`].
+    pub fn check_template(&self, template: &Template) -> Result<(), SynthError> {
         let [width, height] = self.template_size_mm;
         let size = template.size_mm();
         let difference = if [width, height] != size.to_array() {
@@ -142,44 +153,32 @@ impl DatasetDescription {
         } else {
             return Ok(());
         };
-        Err(FormatError::OtherTemplate { difference })
+        Err(SynthError::OtherTemplate { difference })
     }
 
     /// The text of `dataset.json`.
-    ///
-    /// # Errors
-    /// [`FormatError::Json`] when a number is not finite.
-    pub fn to_json(&self) -> Result<String, FormatError> {
-        serde_json::to_string_pretty(self).map_err(|source| FormatError::Json {
-            name: "dataset.json".into(),
-            source,
-        })
+    pub fn to_json(&self) -> String {
+        // Numbers, texts and fixed keys: there is nothing in it that JSON could not say.
+        serde_json::to_string_pretty(self).unwrap_or_default()
     }
 
-    /// Reads the text of `dataset.json`.
-    ///
-    /// # Errors
-    /// [`FormatError::Json`] when it is not such a text, [`FormatError::Entry`] when its version or its units are
-    /// not ours.
-    pub fn from_json(text: &str) -> Result<Self, FormatError> {
-        let name = || "dataset.json".to_owned();
-        let description: Self =
-            serde_json::from_str(text).map_err(|source| FormatError::Json { name: name(), source })?;
-        let units = |d: &Self| {
-            format!(
-                "format version {}, depth unit {} mm, uv one {}",
-                d.format_version, d.depth_unit_mm, d.uv_one
-            )
+    /// Reads the text of `dataset.json`, whose version and units must be ours.
+    pub(super) fn from_json(text: &[u8]) -> Result<Self, Reason> {
+        let description: Self = serde_json::from_slice(text)?;
+        let units = |version: u32, depth_unit_mm: f64, uv_one: u32| {
+            format!("format version {version}, depth unit {depth_unit_mm} mm, uv one {uv_one}")
         };
-        let ours = Self {
-            format_version: FORMAT_VERSION,
-            depth_unit_mm: f64::from(1.0 / DEPTH_UNITS_PER_MM),
-            uv_one: UV_ONE as u32,
-            ..description.clone()
-        };
-        if units(&description) != units(&ours) {
-            let reason = format!("is {}, expected {}", units(&description), units(&ours));
-            return Err(FormatError::entry(name(), reason));
+        let theirs = units(
+            description.format_version,
+            description.depth_unit_mm,
+            description.uv_one,
+        );
+        let ours = units(FORMAT_VERSION, f64::from(1.0 / DEPTH_UNITS_PER_MM), UV_ONE as u32);
+        if theirs != ours {
+            return Err(format!("it is of {theirs}, expected {ours}").into());
+        }
+        if let Some(name) = description.shards.iter().find(|name| name.contains(['/', '\\'])) {
+            return Err(format!("it names a shard outside of its folder: {name:?}").into());
         }
         Ok(description)
     }

@@ -1,6 +1,6 @@
 //! Percentiles of changes of edge lengths.
 
-use deepsft_formats::{EdgeLengthChange, EdgeLengthHistogram};
+use crate::edge_lengths::{EdgeLengthChange, EdgeLengthHistogram};
 
 #[test]
 fn a_histogram_of_parts_finds_the_percentiles_of_the_whole() {

@@ -1,17 +1,19 @@
 //! Parts of a data set, which jobs make side by side.
 
-use crate::error::FormatError;
+use crate::error::SynthError;
+use std::fs;
 use std::ops::Range;
+use std::path::Path;
 use std::str::FromStr;
 
 /// Part `number` of `of`, from 1.
 ///
 /// ```
-/// use deepsft_formats::DatasetPart;
+/// use deepsft_synth::DatasetPart;
 /// let part: DatasetPart = "2/4".parse()?;
 /// assert_eq!(part.indices(0, 100), 25..50);
 /// assert_eq!(part.folder_name(), "part-2-of-4");
-/// # Ok::<(), deepsft_formats::FormatError>(())
+/// # Ok::<(), deepsft_synth::SynthError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DatasetPart {
@@ -20,28 +22,22 @@ pub struct DatasetPart {
 }
 
 impl FromStr for DatasetPart {
-    type Err = FormatError;
+    type Err = SynthError;
 
     /// Reads `I/N`.
-    fn from_str(text: &str) -> Result<Self, FormatError> {
+    fn from_str(text: &str) -> Result<Self, SynthError> {
         let numbers = text.split_once('/').map(|(number, of)| (number.parse(), of.parse()));
         match numbers {
-            Some((Ok(number), Ok(of))) => Self::new(number, of),
-            _ => Err(FormatError::DatasetPart),
+            Some((Ok(number), Ok(of))) if (1..=of).contains(&number) => Ok(Self { number, of }),
+            _ => Err(SynthError::DatasetPart),
         }
     }
 }
 
 impl DatasetPart {
-    /// Part `number` of `of`, from 1.
-    ///
-    /// # Errors
-    /// [`FormatError::DatasetPart`] when `number` is not between 1 and `of`.
-    pub fn new(number: u64, of: u64) -> Result<Self, FormatError> {
-        match (1..=of).contains(&number) {
-            true => Ok(Self { number, of }),
-            false => Err(FormatError::DatasetPart),
-        }
+    /// All parts of a data set of `of`, in order.
+    pub(super) fn all(of: u64) -> impl Iterator<Item = Self> {
+        (1..=of).map(move |number| Self { number, of })
     }
 
     /// Which part, from 1.
@@ -64,4 +60,13 @@ impl DatasetPart {
     pub fn folder_name(self) -> String {
         format!("part-{}-of-{}", self.number, self.of)
     }
+}
+
+/// The number of parts of which there is any in `folder`; of several numbers the largest.
+pub fn dataset_parts(folder: &Path) -> Option<u64> {
+    let names = fs::read_dir(folder)
+        .ok()?
+        .filter_map(|entry| entry.ok()?.file_name().into_string().ok());
+    let of = |name: String| -> Option<u64> { name.strip_prefix("part-")?.split_once("-of-")?.1.parse().ok() };
+    names.filter_map(of).max()
 }

@@ -27,6 +27,27 @@ impl EdgeLengthChange {
     }
 }
 
+/// Relative change |l / l0 - 1| of the lengths of the mesh's edges in a data set, over all edges of all samples that
+/// show the object.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct EdgeLengthSummary {
+    /// Median.
+    pub median: f64,
+    /// 95th percentile.
+    pub p95: f64,
+    /// All changes, from which sets can be added up.
+    pub histogram: EdgeLengthHistogram,
+}
+
+impl EdgeLengthSummary {
+    /// Adds the counts of other samples.
+    pub(crate) fn add(&mut self, other: &EdgeLengthHistogram) {
+        self.histogram.add(other);
+        let EdgeLengthChange { median, p95 } = self.histogram.change();
+        (self.median, self.p95) = (median, p95);
+    }
+}
+
 /// How often edge lengths changed how much, over any number of samples: what is made in parts can be added up. Bins are
 /// even in the logarithm, 16 a doubling, so that a percentile is found to about 1 % of itself.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
