@@ -57,17 +57,10 @@ pub struct FoundSheet {
 }
 
 /// Finds one printed picture in images, by matches of features.
+#[derive(Debug)]
 pub struct FeatureFinder {
     target: PictureTarget,
     solver: SheetSolver,
-}
-
-impl std::fmt::Debug for FeatureFinder {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("FeatureFinder")
-            .field("target", &self.target)
-            .finish_non_exhaustive()
-    }
 }
 
 impl FeatureFinder {

@@ -24,6 +24,7 @@ const BY_CHANCE: f64 = 0.25;
 const AFFINE_STEPS: usize = 8;
 
 /// The coarse mesh of a sheet.
+#[derive(Debug)]
 pub(crate) struct SheetSolver {
     sheet: IsometricMesh,
     to_template: GridInterpolation,

@@ -11,8 +11,7 @@ use crate::{
     target::EngineTarget,
 };
 use deepsft::{
-    DeviceDescription, DeviceKind, EstimateTimes, ModelBundle, Target, UnknownDevice, View,
-    geometry::{ImageSize, Maps},
+    DeviceDescription, DeviceKind, EstimateTimes, ModelBundle, Target, UnknownDevice, View, geometry::Maps,
     start_device,
 };
 use js_sys::{Array, Object, Promise};
@@ -174,7 +173,13 @@ impl Engine {
         camera: Vec<f64>,
     ) -> Promise {
         let core = Rc::clone(&self.core);
-        settle::promise(async move { core.estimate(id, &rgba, (width, height).into(), &camera).await })
+        settle::promise(async move {
+            let target = core.target(id)?;
+            let camera = camera_from((width, height), &camera)?;
+            let picture = picture_from(&rgba, (width, height))?;
+            let estimate = target.estimate(&mut View::new(&picture, &camera)).await;
+            estimate.map_err(|error| core.failed(&error))
+        })
     }
 
     /// Where several targets are in one frame, as for [`Engine::estimate`]: what a tracker needs to start them or to confirm
@@ -241,14 +246,6 @@ impl Core {
     fn target(&self, id: u32) -> Result<Rc<EngineTarget>, Failure> {
         let unknown = || Failure::new(Code::TargetUnknown, "The target was removed.");
         self.targets.borrow().get(&id).cloned().ok_or_else(unknown)
-    }
-
-    async fn estimate(&self, id: u32, rgba: &[u8], size: ImageSize, camera: &[f64]) -> Result<Object, Failure> {
-        let target = self.target(id)?;
-        let camera = camera_from(size, camera)?;
-        let picture = picture_from(rgba, size)?;
-        let estimate = target.estimate(&mut View::new(&picture, &camera)).await;
-        estimate.map_err(|error| self.failed(&error))
     }
 
     async fn find(&self, (ids, estimated): (&[u32], bool), view: &mut View<'_>, focal: f64) -> Result<Object, Failure> {

@@ -49,7 +49,15 @@ pub fn read_scan(
         let mm_per_unit = scan.mm_per_unit;
         let template = assemble_scan(scan).map_err(broken)?.template;
         let (sheet, refusal) = match unroll(&template) {
-            Ok(sheet) => (sheet_object(&sheet).into(), JsValue::NULL),
+            Ok(UnrolledSheet { template, .. }) => {
+                let size = template.size_mm();
+                let size = Array::of2(&size.x.into(), &size.y.into());
+                let picture = picture_object(template.texture());
+                (
+                    object([("sizeMm", size.into()), ("picture", picture.into())]).into(),
+                    JsValue::NULL,
+                )
+            }
             Err(error) => (JsValue::NULL, JsValue::from(error.to_string())),
         };
         Ok(object([
@@ -64,20 +72,21 @@ pub fn read_scan(
     })
 }
 
-fn ending(name: &str) -> String {
-    let ending = Path::new(name).extension().unwrap_or_default();
-    ending.to_string_lossy().to_lowercase()
+/// The files whose names end so.
+fn ending<'a>(files: &'a BTreeMap<String, Vec<u8>>, endings: &[&str]) -> Vec<(&'a str, &'a [u8])> {
+    let has = |name: &str| {
+        let ending = Path::new(name).extension().unwrap_or_default();
+        endings.contains(&ending.to_string_lossy().to_lowercase().as_str())
+    };
+    let files = files.iter().filter(|(name, _)| has(name));
+    files.map(|(name, bytes)| (name.as_str(), bytes.as_slice())).collect()
 }
 
 /// The one file that is a scan.
 fn scan_of(files: &BTreeMap<String, Vec<u8>>) -> Result<(&str, &[u8]), Failure> {
-    let scans: Vec<_> = files
-        .iter()
-        .filter(|(name, _)| SCANS.contains(&ending(name).as_str()))
-        .collect();
     let refused = |message: &str| Err(Failure::new(Code::TargetUnusable, message));
-    match scans[..] {
-        [(name, bytes)] => Ok((name, bytes)),
+    match ending(files, &SCANS)[..] {
+        [scan] => Ok(scan),
         [] => refused("There is no scan among these files: one of .glb, .gltf and .obj is expected."),
         _ => refused("There are several scans among these files: choose one."),
     }
@@ -85,13 +94,9 @@ fn scan_of(files: &BTreeMap<String, Vec<u8>>) -> Result<(&str, &[u8]), Failure> 
 
 /// The texture of a scan that comes with one picture and no materials.
 fn lone_texture(files: &BTreeMap<String, Vec<u8>>) -> Option<Result<Picture, FormatError>> {
-    let is_obj = files.keys().any(|name| ending(name) == "obj");
-    let has_materials = files.keys().any(|name| ending(name) == "mtl");
-    let mut pictures = files
-        .iter()
-        .filter(|(name, _)| PICTURES.contains(&ending(name).as_str()));
-    match (pictures.next(), pictures.next()) {
-        (Some((_, bytes)), None) if is_obj && !has_materials => Some(decode_picture(bytes)),
+    let is_bare = !ending(files, &["obj"]).is_empty() && ending(files, &["mtl"]).is_empty();
+    match ending(files, &PICTURES)[..] {
+        [(_, bytes)] if is_bare => Some(decode_picture(bytes)),
         _ => None,
     }
 }
@@ -101,14 +106,6 @@ fn file_named<'a>(files: &'a BTreeMap<String, Vec<u8>>, path: &Path) -> Option<&
     let last = path.file_name()?.to_string_lossy();
     let whole = path.to_string_lossy();
     files.get(&*whole).or_else(|| files.get(&*last))
-}
-
-fn sheet_object(sheet: &UnrolledSheet) -> Object {
-    let size = sheet.template.size_mm();
-    object([
-        ("sizeMm", Array::of2(&size.x.into(), &size.y.into()).into()),
-        ("picture", picture_object(sheet.template.texture()).into()),
-    ])
 }
 
 fn picture_object(picture: &Picture) -> Object {

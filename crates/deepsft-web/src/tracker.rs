@@ -10,10 +10,7 @@ use crate::{
 };
 use deepsft::{
     DeepSftError, ModelBundle, View,
-    geometry::{
-        CalibratedCamera, Camera, ImageSize, Template, canonical_camera, glam::Vec3, tracking::OneEuroOptions,
-        training_camera,
-    },
+    geometry::{Camera, Template, canonical_camera, glam::Vec3, tracking::OneEuroOptions, training_camera},
     session::{Answer, Effect, Followed, Next, Question, Session, SessionOptions, Source},
 };
 use js_sys::{Array, Float32Array, Object, Promise};
@@ -241,21 +238,21 @@ impl Core {
         let failed = |error: DeepSftError| Failure::of_frame(&error, false);
         let mut stopwatch = Stopwatch::start();
         let view = view_from(&canonical_camera(&training_camera(), image.size()), focal)?;
-        make_room(view.size());
+        // Made room for, without touching it: memory of WebAssembly never shrinks, so it grows in the first frames, and not when the sheet first
+        // comes near in a page that has long been at work.
+        black_box(Vec::<u8>::with_capacity(ROOM_BYTES * view.size().area()));
         image.canonical(&view).map_err(failed)?;
         let warp_ms = stopwatch.lap_ms();
         let frame = self.session.frame(time_s, source, &view, image).map_err(failed)?;
         let track_ms = stopwatch.lap_ms();
         self.source = Some(source.camera);
-        let focal = frame
-            .calibrated
-            .as_ref()
-            .map_or(JsValue::NULL, |found| focal_ratio(found).into());
+        let targets: Array = frame.targets.iter().map(target_object).collect();
+        let focal = frame.calibrated.map_or(JsValue::NULL, |found| {
+            let ratio = found.camera.focal().x / found.assumed.focal().x;
+            object([("ratio", ratio.into()), ("deviation", found.focal_deviation.into())]).into()
+        });
         Ok(object([
-            (
-                "targets",
-                frame.targets.iter().map(target_object).collect::<Array>().into(),
-            ),
+            ("targets", targets.into()),
             ("afresh", frame.afresh.into()),
             ("focal", focal),
             ("next", self.next()),
@@ -305,20 +302,6 @@ fn answer_from(answer: &RawAnswer) -> Answer {
         target: answer.id(),
         starts: answer.sightings().iter().map(vertices).collect(),
     }
-}
-
-/// Makes room for what a frame takes for a moment where the sheet fills the view, without touching it. Memory of WebAssembly never
-/// shrinks: so it grows in the first frames, and not when the sheet first comes near in a page that has long been at work.
-fn make_room(size: ImageSize) {
-    black_box(Vec::<u8>::with_capacity(ROOM_BYTES * size.area()));
-}
-
-/// A focal length that was found, as a plain object.
-fn focal_ratio(found: &CalibratedCamera) -> Object {
-    object([
-        ("ratio", (found.camera.focal().x / found.assumed.focal().x).into()),
-        ("deviation", found.focal_deviation.into()),
-    ])
 }
 
 /// A target in one frame: a plain object, whose arrays belong to JavaScript.

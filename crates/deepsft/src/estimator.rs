@@ -13,7 +13,7 @@ use deepsft_geometry::{
 #[cfg(feature = "webgpu")]
 use deepsft_inference::{DeviceKind, GpuError, GpuExecutor};
 use deepsft_inference::{Executor, FoldedNetwork, PlanError, Stage};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Pieces of the mask with fewer pixels than this fraction of the largest are taken as mistakes: a sheet that a hand cuts in
 /// two leaves larger ones. On synthetic frames nearly all that is below a third is a few pixels.
@@ -116,19 +116,6 @@ struct Runners {
 }
 
 impl Runners {
-    fn new(network: FoldedNetwork, device: Device) -> Result<Self, DeepSftError> {
-        let first = Runner::new(&network, &device)?;
-        Ok(Self {
-            network,
-            device,
-            idle: Mutex::new(vec![first]),
-        })
-    }
-
-    fn idle(&self) -> MutexGuard<'_, Vec<Runner>> {
-        self.idle.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
     /// The maps of each of `stages`.
     async fn infer(
         &self,
@@ -136,10 +123,11 @@ impl Runners {
         stages: &[Stage],
         seen: Option<&[bool]>,
     ) -> Result<Vec<Maps>, DeepSftError> {
-        let free = self.idle().pop();
+        let idle = || self.idle.lock().unwrap_or_else(PoisonError::into_inner);
+        let free = idle().pop();
         let mut runner = free.map_or_else(|| Runner::new(&self.network, &self.device), Ok)?;
         let read = runner.infer(canonical, stages, seen).await;
-        let mut idle = self.idle();
+        let mut idle = idle();
         if idle.len() < MAX_IDLE {
             idle.push(runner);
         }
@@ -163,8 +151,13 @@ impl Estimator {
                 reason,
             });
         }
+        let runners = Runners {
+            idle: Mutex::new(vec![Runner::new(bundle.network(), device)?]),
+            network: bundle.network().clone(),
+            device: device.clone(),
+        };
         Ok(Self {
-            runners: Arc::new(Runners::new(bundle.network().clone(), device.clone())?),
+            runners: Arc::new(runners),
             canonical: *bundle.camera(),
             found: bundle.card().found,
             template: TemplateLuminance::new(bundle.template().texture()),
@@ -205,8 +198,9 @@ impl Estimator {
     /// device fails.
     pub async fn infer(&self, canonical: &Picture, view: &Camera) -> Result<Maps, DeepSftError> {
         let mut maps = self.run(canonical, &[Stage::RegistrationRefinement], None).await?;
-        let maps = maps.pop();
-        let mut maps = maps.unwrap_or_else(|| Maps::empty(canonical.width(), canonical.height()));
+        let mut maps = maps
+            .pop()
+            .unwrap_or_else(|| Maps::empty(canonical.width(), canonical.height()));
         remove_islands(&mut maps, MIN_PIECE);
         let zoom = (view.focal().x / self.canonical_camera(view.size()).focal().x) as f32;
         if zoom != 1.0 {

@@ -23,16 +23,11 @@ pub enum Finder {
 }
 
 /// The finder of a picture by learned descriptors.
+#[derive(Debug)]
 pub struct DescriptorFinder {
     network: SharedDescriptorNetwork,
     picture: PictureDescriptors,
     features: FeatureFinder,
-}
-
-impl std::fmt::Debug for DescriptorFinder {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("DescriptorFinder").finish_non_exhaustive()
-    }
 }
 
 impl DescriptorFinder {

@@ -50,38 +50,10 @@ const MAX_IDLE: usize = 2;
 
 /// The descriptor network, shared by all targets. Several threads may use it at the same time.
 #[derive(Clone, Debug)]
-pub struct SharedDescriptorNetwork(Arc<DescriptorExecutors>);
-
-/// Executors of the network, one for each caller at a time.
-#[derive(Debug)]
-struct DescriptorExecutors {
-    weights: Weights,
-    /// The last used is the last.
-    idle: Mutex<Vec<DescriptorExecutor>>,
-}
-
-impl DescriptorExecutors {
-    fn idle(&self) -> MutexGuard<'_, Vec<DescriptorExecutor>> {
-        self.idle.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// Takes an executor for images of `size`, or makes one.
-    fn take(&self, size: ImageSize) -> Result<DescriptorExecutor, DeepSftError> {
-        let mut idle = self.idle();
-        if let Some(free) = idle.iter().rposition(|executor| executor.size() == size) {
-            return Ok(idle.remove(free));
-        }
-        drop(idle);
-        executor(size, &self.weights)
-    }
-
-    fn give_back(&self, executor: DescriptorExecutor) {
-        let mut idle = self.idle();
-        if idle.len() == MAX_IDLE {
-            idle.remove(0);
-        }
-        idle.push(executor);
-    }
+pub struct SharedDescriptorNetwork {
+    weights: Arc<Weights>,
+    /// Executors, one for each caller at a time; the last used is the last.
+    idle: Arc<Mutex<Vec<DescriptorExecutor>>>,
 }
 
 impl SharedDescriptorNetwork {
@@ -92,20 +64,33 @@ impl SharedDescriptorNetwork {
     pub fn from_bytes(file: &[u8]) -> Result<Self, DeepSftError> {
         let weights = weights_from_burnpack(file).map_err(|error| refused(error.to_string()))?;
         let first = executor((CANONICAL_WIDTH, CANONICAL_HEIGHT).into(), &weights)?;
-        Ok(Self(Arc::new(DescriptorExecutors {
-            weights,
-            idle: Mutex::new(vec![first]),
-        })))
+        Ok(Self {
+            weights: Arc::new(weights),
+            idle: Arc::new(Mutex::new(vec![first])),
+        })
     }
 
     /// Computes descriptors of a canonical image.
     pub(super) fn describe(&self, image: &Picture) -> Result<ImageDescriptors, DeepSftError> {
         // No lock is held while the network runs.
-        let mut executor = self.0.take(image.size())?;
-        let rows = executor.describe(image)?;
-        let (columns, _) = executor.cells();
-        self.0.give_back(executor);
+        let free = {
+            let mut idle = self.idle();
+            let free = idle.iter().rposition(|executor| executor.size() == image.size());
+            free.map(|free| idle.remove(free))
+        };
+        let mut network = free.map_or_else(|| executor(image.size(), &self.weights), Ok)?;
+        let rows = network.describe(image)?;
+        let (columns, _) = network.cells();
+        let mut idle = self.idle();
+        if idle.len() == MAX_IDLE {
+            idle.remove(0);
+        }
+        idle.push(network);
         Ok(ImageDescriptors { rows, columns })
+    }
+
+    fn idle(&self) -> MutexGuard<'_, Vec<DescriptorExecutor>> {
+        self.idle.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Descriptors of the picture on `template`, a sheet.
@@ -113,7 +98,7 @@ impl SharedDescriptorNetwork {
     /// # Errors
     /// [`DeepSftError::Geometry`] for a picture without pixels.
     pub(super) fn describe_picture(&self, template: &Template) -> Result<PictureDescriptors, DeepSftError> {
-        PictureDescriptors::new(&self.0.weights, template)
+        PictureDescriptors::new(&self.weights, template)
     }
 }
 

@@ -27,20 +27,12 @@ pub struct Sighting {
 }
 
 /// The finders of one target, and the fit that judges what they see.
+#[derive(Debug)]
 pub struct TargetFinder {
     target: Target,
     finders: Vec<Finder>,
     /// Made for the first image in which something is seen; sheets only.
     fitter: Option<FrameFitter>,
-}
-
-impl std::fmt::Debug for TargetFinder {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("TargetFinder")
-            .field("target", &self.target)
-            .field("finders", &self.finders)
-            .finish_non_exhaustive()
-    }
 }
 
 impl TargetFinder {

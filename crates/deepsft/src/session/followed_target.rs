@@ -14,6 +14,7 @@ use deepsft_geometry::{
 const TELLING: f64 = 0.6;
 
 /// A target with its track.
+#[derive(Debug)]
 pub(super) struct FollowedTarget {
     pub(super) tracker: Tracker,
     /// The camera of canonical images that lie across.

@@ -15,6 +15,7 @@ use std::collections::BTreeMap;
 ///
 /// For each frame ask [`next`](Self::next) what it is for, put the question to finders if there is one ([`ask`](Self::ask)), and have it
 /// followed ([`frame`](Self::frame)). Hand in the answer ([`answer`](Self::answer)) whenever it is there, some frames later or at once.
+#[derive(Debug)]
 pub struct Session {
     options: SessionOptions,
     targets: BTreeMap<TargetId, FollowedTarget>,
@@ -37,16 +38,6 @@ struct Asked {
     frame: u64,
     at_s: f64,
     question: Question,
-}
-
-impl std::fmt::Debug for Session {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Session")
-            .field("options", &self.options)
-            .field("asked", &self.asked)
-            .field("number", &self.number)
-            .finish_non_exhaustive()
-    }
 }
 
 /// Part of the frames that trackers remember which an answer may be late by: the finders may take longer than the last time.
