@@ -10,5 +10,5 @@ mod window_batch;
 pub use sample_source::{SampleSource, StoredSamples};
 pub use window_batch::BatchShape;
 
-pub(crate) use loader::{Loader, Targets, TrainingBatch};
+pub(crate) use loader::{Loader, TrainingBatch};
 pub(crate) use window_batch::BatchTensors;

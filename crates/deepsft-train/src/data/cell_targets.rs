@@ -37,7 +37,7 @@ pub struct CellTargets {
 }
 
 /// Sums over the visible pixels of a cell, of w = (1, x, y), positions in pixels from the frame's corner, and the values q.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy)]
 struct Moments {
     /// Of w w'.
     places: DMat3,
@@ -48,6 +48,13 @@ struct Moments {
 }
 
 impl Moments {
+    /// Of no pixels. (The default of a matrix is the identity.)
+    const NONE: Self = Self {
+        places: DMat3::ZERO,
+        values: DMat3::ZERO,
+        squares: DVec3::ZERO,
+    };
+
     fn add_pixel(&mut self, x: f64, y: f64, q: DVec3) {
         let w = DVec3::new(1.0, x, y);
         self.places += DMat3::from_cols(w, w * x, w * y);
@@ -100,7 +107,7 @@ impl CellTargets {
         (columns, rows): (usize, usize),
     ) -> Self {
         let cell = PIXELS_PER_CELL;
-        let mut moments = vec![Moments::default(); columns * rows];
+        let mut moments = vec![Moments::NONE; columns * rows];
         for y in 0..(rows * cell).min(truth.height().saturating_sub(top)) {
             for x in 0..(columns * cell).min(truth.width().saturating_sub(left)) {
                 let pixel = (top + y) * truth.width() + left + x;
@@ -120,7 +127,7 @@ impl CellTargets {
         for row in 0..rows {
             for column in 0..columns {
                 let i = row * columns + column;
-                let mut around = Moments::default();
+                let mut around = Moments::NONE;
                 for r in row.saturating_sub(1)..(row + 2).min(rows) {
                     for c in column.saturating_sub(1)..(column + 2).min(columns) {
                         around.add(&moments[r * columns + c]);

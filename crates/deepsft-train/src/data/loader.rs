@@ -2,9 +2,9 @@
 
 use super::map_batch::MapBatch;
 use super::sample_source::SampleSource;
-use super::window_batch::{Batch, BatchShape, TargetShape};
+use super::window_batch::{Batch, BatchShape};
 use crate::error::TrainError;
-use deepsft::{DepthRange, NetworkConfig};
+use deepsft::NetworkConfig;
 use deepsft_synth::Sample;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -19,22 +19,6 @@ const WINDOW_STREAM: u64 = 0x7769_6e64;
 
 /// Fraction of the windows that are centred near a pixel of the object.
 const CENTRED_FRACTION: f64 = 0.8;
-
-/// What a network is taught.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Targets {
-    /// Cells and bins of windows of frames: the compact network.
-    Cells(TargetShape),
-    /// Full-resolution maps of whole frames: all others.
-    Maps(DepthRange),
-}
-
-impl Targets {
-    /// What the network of `config` is taught.
-    pub fn of(config: &NetworkConfig) -> Self {
-        TargetShape::of(config).map_or(Self::Maps(config.depth_range), Self::Cells)
-    }
-}
 
 /// A batch as a network is taught.
 pub enum TrainingBatch {
@@ -64,10 +48,10 @@ pub struct Loader {
 }
 
 impl Loader {
-    /// Starts `workers` threads. With `epoch_samples` the same samples come again after so many, in another order.
+    /// Starts `workers` threads that make batches for `network`. With `epoch_samples` the same samples come again after so many, in another order.
     pub fn start<S: SampleSource + ?Sized + 'static>(
         source: &Arc<S>,
-        targets: Targets,
+        network: &NetworkConfig,
         seed: u64,
         epoch_samples: Option<u64>,
         workers: usize,
@@ -76,10 +60,10 @@ impl Loader {
         for _ in 0..workers.max(1) {
             let (request_sender, request_receiver) = sync_channel::<(u64, BatchShape)>(AHEAD + 1);
             let (batch_sender, batch_receiver) = sync_channel(AHEAD + 1);
-            let source = Arc::clone(source);
+            let (source, network) = (Arc::clone(source), network.clone());
             std::thread::spawn(move || {
                 for request in request_receiver {
-                    let batch = make_batch(&*source, targets, seed, epoch_samples, request);
+                    let batch = make_batch(&*source, &network, seed, epoch_samples, request);
                     let failed = batch.is_err();
                     if batch_sender.send(batch).is_err() || failed {
                         break;
@@ -123,15 +107,15 @@ impl Loader {
 
 fn make_batch<S: SampleSource + ?Sized>(
     source: &S,
-    targets: Targets,
+    network: &NetworkConfig,
     seed: u64,
     epoch_samples: Option<u64>,
     (first_sample, shape): (u64, BatchShape),
 ) -> Result<TrainingBatch, TrainError> {
     let asked = first_sample..first_sample + shape.frames as u64;
-    match targets {
-        Targets::Cells(targets) => {
-            let mut batch = Batch::new(shape, targets);
+    match network.as_compact() {
+        Some(compact) => {
+            let mut batch = Batch::new(shape, compact, network.depth_range);
             let mut made: Option<(u64, Sample)> = None;
             for window in asked {
                 let index = sample_index(window / shape.windows_per_frame(), epoch_samples, seed);
@@ -145,8 +129,8 @@ fn make_batch<S: SampleSource + ?Sized>(
             }
             Ok(TrainingBatch::Cells(batch))
         }
-        Targets::Maps(range) => {
-            let mut batch = MapBatch::new(range);
+        None => {
+            let mut batch = MapBatch::new(network.depth_range);
             for position in asked {
                 batch.push(&source.sample(seed, sample_index(position, epoch_samples, seed))?);
             }
@@ -205,7 +189,7 @@ fn window_corner(sample: &Sample, shape: BatchShape, seed: u64, index: u64) -> (
 mod tests {
     use super::*;
     use crate::StoredSamples;
-    use deepsft_geometry::{Picture, Template};
+    use deepsft_geometry::{Picture, Template, training_camera};
     use deepsft_synth::{DatasetFolder, DatasetPlan, SynthConfig, Synthesizer, UnfinishedDataset};
 
     const SEED: u64 = 3;
@@ -220,7 +204,8 @@ mod tests {
         unfinished.make(&synthesizer, None, || ()).unwrap();
         let stored = Arc::new(StoredSamples::open(&[DatasetFolder::open(&place).unwrap()], |_| ()).unwrap());
         std::fs::write(place.join("shard-000000.tar"), "cut").unwrap();
-        let mut loader = Loader::start(&stored, Targets::Maps(DepthRange::default()), SEED, Some(11), 2);
+        let network = NetworkConfig::compact([180.0, 120.0], &training_camera());
+        let mut loader = Loader::start(&stored, &network, SEED, Some(11), 2);
         loader.ask(0, BatchShape::whole_frames(2));
         assert!(loader.take().err().unwrap().to_string().contains("shard-000000.tar"));
     }

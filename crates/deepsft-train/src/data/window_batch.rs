@@ -2,32 +2,10 @@
 
 use super::cell_targets::{CellTargets, two_bins};
 use burn::tensor::{Device, Tensor, TensorData};
-use deepsft::{DepthRange, NetworkConfig};
+use deepsft::{CompactConfig, DepthRange};
 use deepsft_network::PIXELS_PER_CELL;
 use deepsft_synth::Sample;
 use serde::Serialize;
-
-/// What the targets of a compact network depend on.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TargetShape {
-    /// Bins for u, v and depth.
-    pub bins: [usize; 3],
-    /// Depths the network can predict.
-    pub depth_range: DepthRange,
-    /// Whether the registration jumps at seams of the texture.
-    pub seams: bool,
-}
-
-impl TargetShape {
-    /// For the network of `config`; `None` if it is not a compact one.
-    pub fn of(config: &NetworkConfig) -> Option<Self> {
-        config.as_compact().map(|compact| Self {
-            bins: compact.bins,
-            depth_range: config.depth_range,
-            seams: compact.seams,
-        })
-    }
-}
 
 /// Number and size of the windows of a batch; sides in pixels, multiples of 16.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -61,45 +39,37 @@ impl BatchShape {
     }
 }
 
-/// Windows of synthetic frames with what the network should predict for them: row-major arrays, one window after the other.
-/// H x W pixels and h x w cells, h = H / 8, K bins.
-pub struct Batch {
-    shape: BatchShape,
-    targets: TargetShape,
-    windows: usize,
+/// What a batch of N windows has, each as an array T: H x W pixels and h x w cells, h = H / 8, K bins.
+#[derive(Debug, Default)]
+pub struct WindowArrays<T> {
     /// [N, 3, H, W], 0..=1.
-    images: Vec<f32>,
-    /// Pixel (x, y) of the frame where the window begins, [N, 2].
-    corners: Vec<f32>,
-    /// [N, H, W], 0 or 1.
-    mask: Vec<f32>,
-    /// [N, 3, h, w].
-    cells: Vec<f32>,
-    /// [N, h, w].
-    cell_weight: Vec<f32>,
-    /// [N, K, h / 2, w / 2] for each of u, v, d.
-    bin_targets: [Vec<f32>; 3],
-    /// [N, h / 2, w / 2].
-    bin_weight: Vec<f32>,
+    pub images: T,
+    /// Pixel (x, y) of the frame where each window begins, [N, 2, 1, 1].
+    pub corners: T,
+    /// [N, 1, H, W], 0 or 1.
+    pub mask: T,
+    /// (u, v, d) at the cells' centres, [N, 3, h, w].
+    pub cells: T,
+    /// [N, 1, h, w].
+    pub cell_weight: T,
+    /// Soft bins of u, v, d, [N, K, h / 2, w / 2].
+    pub bin_targets: [T; 3],
+    /// [N, 1, h / 2, w / 2].
+    pub bin_weight: T,
 }
 
 /// A batch on a device.
-#[derive(Debug)]
-pub struct BatchTensors {
-    /// [N, 3, H, W], 0..=1.
-    pub images: Tensor<4>,
-    /// Pixel (x, y) of the frame where each window begins, [N, 2, 1, 1].
-    pub corners: Tensor<4>,
-    /// [N, 1, H, W], 0 or 1.
-    pub mask: Tensor<4>,
-    /// (u, v, d) at the cells' centres, [N, 3, h, w].
-    pub cells: Tensor<4>,
-    /// [N, 1, h, w].
-    pub cell_weight: Tensor<4>,
-    /// Soft bins of u, v, d, [N, K, h / 2, w / 2].
-    pub bin_targets: [Tensor<4>; 3],
-    /// [N, 1, h / 2, w / 2].
-    pub bin_weight: Tensor<4>,
+pub type BatchTensors = WindowArrays<Tensor<4>>;
+
+/// Windows of synthetic frames with what a compact network should predict for them: row-major arrays, one window after the
+/// other.
+pub struct Batch {
+    shape: BatchShape,
+    bins: [usize; 3],
+    seams: bool,
+    depth_range: DepthRange,
+    windows: usize,
+    arrays: WindowArrays<Vec<f32>>,
 }
 
 /// Cells of the object in a frame that counts neither more nor less than its cells say.
@@ -115,19 +85,15 @@ fn frame_weight(cells: f32) -> f32 {
 }
 
 impl Batch {
-    /// An empty batch of windows of `shape`, to be filled with [`Batch::push`].
-    pub fn new(shape: BatchShape, targets: TargetShape) -> Self {
+    /// An empty batch of windows of `shape` for the network `compact` of `depth_range`, to be filled with [`Batch::push`].
+    pub fn new(shape: BatchShape, compact: &CompactConfig, depth_range: DepthRange) -> Self {
         Self {
             shape,
-            targets,
+            bins: compact.bins,
+            seams: compact.seams,
+            depth_range,
             windows: 0,
-            images: Vec::new(),
-            corners: Vec::new(),
-            mask: Vec::new(),
-            cells: Vec::new(),
-            cell_weight: Vec::new(),
-            bin_targets: Default::default(),
-            bin_weight: Vec::new(),
+            arrays: WindowArrays::default(),
         }
     }
 
@@ -135,11 +101,7 @@ impl Batch {
     /// edge are black and outside the object.
     pub fn push(&mut self, sample: &Sample, left: usize, top: usize) {
         let BatchShape { width, height, .. } = self.shape;
-        let TargetShape {
-            bins,
-            depth_range,
-            seams,
-        } = self.targets;
+        let arrays = &mut self.arrays;
         let (image, truth) = (&sample.image, &sample.truth);
         let inside = |x: usize, y: usize| x < image.width() && y < image.height();
         let pixels = || (top..top + height).flat_map(|y| (left..left + width).map(move |x| (x, y)));
@@ -152,30 +114,29 @@ impl Batch {
                 }
             })
         });
-        self.images.extend(values);
-        self.corners.extend([left as f32, top as f32]);
+        arrays.images.extend(values);
+        arrays.corners.extend([left as f32, top as f32]);
         let seen = |(x, y)| inside(x, y) && truth.inside(y * truth.width() + x);
-        self.mask.extend(pixels().map(|pixel| f32::from(u8::from(seen(pixel)))));
+        arrays.mask.extend(pixels().map(|pixel| f32::from(u8::from(seen(pixel)))));
         let (columns, rows) = (width / PIXELS_PER_CELL, height / PIXELS_PER_CELL);
-        let cells = CellTargets::of_window(truth, depth_range, seams, (left, top), (columns, rows));
+        let cells = CellTargets::of_window(truth, self.depth_range, self.seams, (left, top), (columns, rows));
         let frame_weight = frame_weight(cells.weight.iter().sum());
         for k in 0..3 {
-            self.cells.extend(cells.coordinates.iter().map(|c| c[k]));
+            arrays.cells.extend(cells.coordinates.iter().map(|c| c[k]));
         }
-        self.cell_weight
+        arrays.cell_weight
             .extend(cells.weight.iter().map(|weight| frame_weight * weight));
         let coarse = cells.coarse();
         for k in 0..3 {
-            let mut targets = vec![0.0; bins[k] * coarse.len()];
+            let mut targets = vec![0.0; self.bins[k] * coarse.len()];
             for (i, (coordinates, _)) in coarse.iter().enumerate() {
-                two_bins(coordinates[k], bins[k], |bin, fraction| {
+                two_bins(coordinates[k], self.bins[k], |bin, fraction| {
                     targets[bin * coarse.len() + i] = fraction;
                 });
             }
-            self.bin_targets[k].extend(targets);
+            arrays.bin_targets[k].extend(targets);
         }
-        self.bin_weight
-            .extend(coarse.iter().map(|(_, weight)| frame_weight * weight));
+        arrays.bin_weight.extend(coarse.iter().map(|(_, weight)| frame_weight * weight));
         self.windows += 1;
     }
 
@@ -192,16 +153,17 @@ impl Batch {
             let shape = [self.windows, channels, rows, columns];
             Tensor::<4>::from_data(TensorData::new(values, shape), device)
         };
-        let [u, v, d] = self.bin_targets;
-        let bins = |k: usize, values| tensor(values, [self.targets.bins[k], h / 2, w / 2]);
+        let arrays = self.arrays;
+        let [u, v, d] = arrays.bin_targets;
+        let bins = |k: usize, values| tensor(values, [self.bins[k], h / 2, w / 2]);
         BatchTensors {
-            images: tensor(self.images, [3, height, width]),
-            corners: tensor(self.corners, [2, 1, 1]),
-            mask: tensor(self.mask, [1, height, width]),
-            cells: tensor(self.cells, [3, h, w]),
-            cell_weight: tensor(self.cell_weight, [1, h, w]),
+            images: tensor(arrays.images, [3, height, width]),
+            corners: tensor(arrays.corners, [2, 1, 1]),
+            mask: tensor(arrays.mask, [1, height, width]),
+            cells: tensor(arrays.cells, [3, h, w]),
+            cell_weight: tensor(arrays.cell_weight, [1, h, w]),
             bin_targets: [bins(0, u), bins(1, v), bins(2, d)],
-            bin_weight: tensor(self.bin_weight, [1, h / 2, w / 2]),
+            bin_weight: tensor(arrays.bin_weight, [1, h / 2, w / 2]),
         }
     }
 }

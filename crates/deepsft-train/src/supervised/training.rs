@@ -2,7 +2,7 @@
 
 use super::trunk::Trunk;
 use crate::config::TrainConfig;
-use crate::data::{Loader, SampleSource, Targets, TrainingBatch};
+use crate::data::{Loader, SampleSource, TrainingBatch};
 use crate::error::TrainError;
 use crate::loss::{step_one_loss, supervised_maps_loss};
 use crate::run::{Checkpoint, CurvePoint, Fingerprint, Finished, Progress, RunSettings, TrainingStep, run};
@@ -56,17 +56,16 @@ pub fn train<S: SampleSource + ?Sized + 'static>(
         optimizer: config.optimizer,
         average_decay: config.average_decay,
     };
-    let targets = Targets::of(network_config);
-    let mut loader = Loader::start(source, targets, config.seed, epoch_samples, config.workers);
+    let mut loader = Loader::start(source, network_config, config.seed, epoch_samples, config.workers);
     let mut asked = 0;
     let batches = |state: &Checkpoint| {
         asked = asked.max(state.samples);
         while loader.wanted() > 0 {
-            let shape = match targets {
+            let shape = match network_config.as_compact() {
                 // By where the batch begins, not by where the training stands when it is asked for: a training that resumes
                 // asks for it at another moment.
-                Targets::Cells(_) => config.schedule.shape(config.budget.progress(state.seconds, asked)),
-                Targets::Maps(_) => config.schedule.frames,
+                Some(_) => config.schedule.shape(config.budget.progress(state.seconds, asked)),
+                None => config.schedule.frames,
             };
             loader.ask(asked, shape);
             asked += shape.frames as u64;
