@@ -13,7 +13,7 @@ mod table;
 use crate::progress::Progress;
 use crate::reading;
 use anyhow::{Result, ensure};
-use clap::Args;
+use clap::{Args, ValueEnum};
 use deepsft::{SharedDescriptorNetwork, encode_png};
 use deepsft_formats::write_file;
 use deepsft_geometry::Picture;
@@ -39,7 +39,7 @@ Example, about an hour on two cores:
   deepsft-lab study finding --seed 424242 --json finding.json --failures failures")]
 pub struct FindingStudyArguments {
     /// Kinds of prints, separated by commas
-    #[arg(long, value_name = "KINDS", value_delimiter = ',', default_values_t = Kind::PAINTED)]
+    #[arg(long, value_name = "KINDS", value_delimiter = ',', default_values_t = Kind::value_variants().to_vec())]
     kinds: Vec<Kind>,
     /// Prints of each of the first three kinds
     #[arg(long, value_name = "N", default_value_t = 100)]

@@ -282,10 +282,9 @@ fn print(summary: &Summary, by_event: &BTreeMap<&'static str, Summary>) {
         "losses", "within next answer", "later", "never", "unanswered"
     );
     let line = |name: &str, of: &Recoveries| {
-        println!(
-            "  {name:8}{:>8}{:>20}{:>7}{:>7}{:>12}",
-            of.losses, of.within_next_answer, of.later, of.never, of.unanswered
-        );
+        let [within, later, never, unanswered] = of;
+        let losses: usize = of.iter().sum();
+        println!("  {name:8}{losses:>8}{within:>20}{later:>7}{never:>7}{unanswered:>12}");
     };
     for (cause, of) in &summary.recoveries {
         line(&format!("{cause:?}").to_lowercase(), of);

@@ -91,14 +91,15 @@ impl Scenes {
             [DVec2::NEG_INFINITY, DVec2::INFINITY],
         );
         for NamedCamera { camera, .. } in cameras {
-            for (side, ray) in border(camera) {
-                widest = [widest[0].min(ray), widest[1].max(ray)];
-                match side {
-                    Side::Left => common[0].x = common[0].x.max(ray.x),
-                    Side::Right => common[1].x = common[1].x.min(ray.x),
-                    Side::Top => common[0].y = common[0].y.max(ray.y),
-                    Side::Bottom => common[1].y = common[1].y.min(ray.y),
+            for k in 0..=BORDER {
+                let (size, at) = (camera.size().as_dvec2(), k as f64 / BORDER as f64);
+                let [left, right] = [0.0, size.x].map(|x| camera.ray_from_pixel(DVec2::new(x, size.y * at)));
+                let [top, bottom] = [0.0, size.y].map(|y| camera.ray_from_pixel(DVec2::new(size.x * at, y)));
+                for ray in [left, right, top, bottom] {
+                    widest = [widest[0].min(ray), widest[1].max(ray)];
                 }
+                common[0] = common[0].max(DVec2::new(left.x, top.y));
+                common[1] = common[1].min(DVec2::new(right.x, bottom.y));
             }
         }
         let focal = training_camera().focal().x;
@@ -216,29 +217,6 @@ pub fn cut_off(camera: &Camera, vertices: &[DVec3]) -> f64 {
     let inside = |p: DVec2| p.cmpge(DVec2::ZERO).all() && p.cmple(limit).all();
     let is_outside = |p: &&DVec3| !camera.project(**p).is_some_and(inside);
     vertices.iter().filter(is_outside).count() as f64 / vertices.len().max(1) as f64
-}
-
-#[derive(Clone, Copy)]
-enum Side {
-    Left,
-    Right,
-    Top,
-    Bottom,
-}
-
-/// Rays along the border of a camera's image.
-fn border(camera: &Camera) -> impl Iterator<Item = (Side, DVec2)> {
-    let (width, height) = (camera.width() as f64, camera.height() as f64);
-    (0..=BORDER).flat_map(move |k| {
-        let at = k as f64 / BORDER as f64;
-        [
-            (Side::Left, DVec2::new(0.0, height * at)),
-            (Side::Right, DVec2::new(width, height * at)),
-            (Side::Top, DVec2::new(width * at, 0.0)),
-            (Side::Bottom, DVec2::new(width * at, height)),
-        ]
-        .map(|(side, pixel)| (side, camera.ray_from_pixel(pixel)))
-    })
 }
 
 /// With Gaussian noise of this standard deviation, grey levels.

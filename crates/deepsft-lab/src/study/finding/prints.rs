@@ -33,17 +33,6 @@ pub enum Kind {
 }
 
 impl Kind {
-    pub const ALL: [Self; 5] = [
-        Self::PhotographLike,
-        Self::Graphic,
-        Self::LineArt,
-        Self::Repetitive,
-        Self::OfModel,
-    ];
-
-    /// Those that are made by a program.
-    pub const PAINTED: [Self; 4] = [Self::PhotographLike, Self::Graphic, Self::LineArt, Self::Repetitive];
-
     pub fn name(self) -> &'static str {
         match self {
             Self::PhotographLike => "photograph-like",

@@ -3,6 +3,7 @@
 use super::judging::{Attempt, FITTED_PX, FrameResult, START_PX};
 use super::prints::Kind;
 use crate::measuring::median;
+use clap::ValueEnum;
 
 /// The row of the best attempts, when there are several finders.
 const BEST: &str = "best of them";
@@ -18,7 +19,7 @@ pub fn print(results: &[FrameResult]) {
     println!("                                    < {START_PX} px  < {FITTED_PX} px                          finds");
     let main = |kind: Kind| !matches!(kind, Kind::Repetitive | Kind::OfModel);
     for &finder in &finders {
-        for kind in Kind::ALL {
+        for &kind in Kind::value_variants().iter().chain(&[Kind::OfModel]) {
             row(kind.name(), finder, results.iter().filter(|r| r.kind == kind));
         }
         row("the first three", finder, results.iter().filter(|r| main(r.kind)));

@@ -84,15 +84,26 @@ pub struct Loss {
     pub recovered: Option<usize>,
 }
 
+/// How a loss ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ending {
+    /// The track came back within the network's next answer.
+    WithinNextAnswer,
+    /// Later than that.
+    Later,
+    /// Not at all, although an answer came.
+    Never,
+    /// No answer came before the clip was over or the sheet was gone.
+    Unanswered,
+}
+
 impl Loss {
-    /// Whether the track came back within the network's next answer; `None` when no answer came before the clip was
-    /// over or the sheet was gone.
-    pub fn within_next_answer(&self) -> Option<bool> {
+    pub fn ending(&self) -> Ending {
         match (self.recovered, self.next_answer) {
-            (Some(recovered), Some(answer)) => Some(recovered <= answer),
-            (Some(_), None) => Some(true),
-            (None, Some(_)) => Some(false),
-            (None, None) => None,
+            (Some(recovered), Some(answer)) if recovered > answer => Ending::Later,
+            (Some(_), _) => Ending::WithinNextAnswer,
+            (None, Some(_)) => Ending::Never,
+            (None, None) => Ending::Unanswered,
         }
     }
 }
@@ -253,8 +264,8 @@ mod tests {
         let found = losses(&frames, None);
         let causes: Vec<Cause> = found.iter().map(|loss| loss.cause).collect();
         assert_eq!(causes, [Cause::Start, Cause::Track, Cause::Return]);
-        let verdicts: Vec<Option<bool>> = found.iter().map(Loss::within_next_answer).collect();
-        assert_eq!(verdicts, [Some(true), Some(false), None]);
+        let endings: Vec<Ending> = found.iter().map(Loss::ending).collect();
+        assert_eq!(endings, [Ending::WithinNextAnswer, Ending::Later, Ending::Unanswered]);
         assert_eq!(
             (found[1].from, found[1].next_answer, found[1].recovered),
             (3, Some(5), Some(6))

@@ -59,18 +59,9 @@ pub struct Summary {
     pub ms: Times,
 }
 
-/// How losses of one cause ended.
-#[derive(Clone, Copy, Default, Serialize)]
-pub struct Recoveries {
-    pub losses: usize,
-    pub within_next_answer: usize,
-    /// Later than that.
-    pub later: usize,
-    /// Not at all, although an answer came.
-    pub never: usize,
-    /// No answer came before the clip was over or the sheet was gone.
-    pub unanswered: usize,
-}
+/// How many losses of one cause ended within the next answer, later, never, and without an answer: see
+/// [`Ending`](super::clip_record::Ending).
+pub type Recoveries = [usize; 4];
 
 /// Where a figure lies.
 #[derive(Clone, Copy, Serialize)]
@@ -124,7 +115,7 @@ impl Summary {
         let without = || frames().filter(|frame| frame.print_in_view == 0.0);
         let mut recoveries: BTreeMap<Cause, Recoveries> = BTreeMap::new();
         for loss in clips.clone().flat_map(|clip| &clip.losses) {
-            recoveries.entry(loss.cause).or_default().add(loss);
+            recoveries.entry(loss.cause).or_default()[loss.ending() as usize] += 1;
         }
         let pair = |value: fn(&ClipRecord) -> Option<[f64; 2]>| {
             let of = |k: usize| Spread::of(clips.clone().filter_map(value).map(|pair| pair[k]));
@@ -169,26 +160,7 @@ impl Summary {
 
     /// All recoveries together.
     pub fn all_recoveries(&self) -> Recoveries {
-        let add = |a: Recoveries, b: &Recoveries| Recoveries {
-            losses: a.losses + b.losses,
-            within_next_answer: a.within_next_answer + b.within_next_answer,
-            later: a.later + b.later,
-            never: a.never + b.never,
-            unanswered: a.unanswered + b.unanswered,
-        };
-        self.recoveries.values().fold(Recoveries::default(), add)
-    }
-}
-
-impl Recoveries {
-    fn add(&mut self, loss: &Loss) {
-        self.losses += 1;
-        match (loss.within_next_answer(), loss.recovered) {
-            (Some(true), _) => self.within_next_answer += 1,
-            (Some(false), Some(_)) => self.later += 1,
-            (Some(false), None) => self.never += 1,
-            (None, _) => self.unanswered += 1,
-        }
+        std::array::from_fn(|ending| self.recoveries.values().map(|of| of[ending]).sum())
     }
 }
 
@@ -246,14 +218,7 @@ mod tests {
         // is never answered.
         assert_eq!(all.tracked_fraction_after_answer, Some(0.0));
         assert_eq!((all.found_but_off, all.frames_without, all.found_without), (1, 2, 1));
-        let recoveries = all.all_recoveries();
-        let counts = [
-            recoveries.within_next_answer,
-            recoveries.later,
-            recoveries.never,
-            recoveries.unanswered,
-        ];
-        assert_eq!((recoveries.losses, counts), (4, [1; 4]));
+        assert_eq!(all.all_recoveries(), [1; 4]);
         assert_eq!(
             all.jitter_px.map(|[raw, smooth]| [raw.median, smooth.most]),
             Some([0.1, 0.05])
