@@ -44,11 +44,13 @@ impl MapBatch {
         }
         let normalised = |mm: f32| self.range.normalise_linear(f64::from(mm)) as f32;
         let depth = truth.depth().iter().enumerate();
-        self.arrays.depth
+        self.arrays
+            .depth
             .extend(depth.map(|(pixel, &mm)| label(pixel, normalised(mm))));
         for axis in 0..2 {
             let registration = truth.registration().iter().enumerate();
-            self.arrays.registration
+            self.arrays
+                .registration
                 .extend(registration.map(|(pixel, uv)| label(pixel, uv[axis])));
         }
         self.frames += 1;

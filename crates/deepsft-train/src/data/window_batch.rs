@@ -117,14 +117,17 @@ impl Batch {
         arrays.images.extend(values);
         arrays.corners.extend([left as f32, top as f32]);
         let seen = |(x, y)| inside(x, y) && truth.inside(y * truth.width() + x);
-        arrays.mask.extend(pixels().map(|pixel| f32::from(u8::from(seen(pixel)))));
+        arrays
+            .mask
+            .extend(pixels().map(|pixel| f32::from(u8::from(seen(pixel)))));
         let (columns, rows) = (width / PIXELS_PER_CELL, height / PIXELS_PER_CELL);
         let cells = CellTargets::of_window(truth, self.depth_range, self.seams, (left, top), (columns, rows));
         let frame_weight = frame_weight(cells.weight.iter().sum());
         for k in 0..3 {
             arrays.cells.extend(cells.coordinates.iter().map(|c| c[k]));
         }
-        arrays.cell_weight
+        arrays
+            .cell_weight
             .extend(cells.weight.iter().map(|weight| frame_weight * weight));
         let coarse = cells.coarse();
         for k in 0..3 {
@@ -136,7 +139,9 @@ impl Batch {
             }
             arrays.bin_targets[k].extend(targets);
         }
-        arrays.bin_weight.extend(coarse.iter().map(|(_, weight)| frame_weight * weight));
+        arrays
+            .bin_weight
+            .extend(coarse.iter().map(|(_, weight)| frame_weight * weight));
         self.windows += 1;
     }
 
