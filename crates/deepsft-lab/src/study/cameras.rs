@@ -1,5 +1,6 @@
 //! `deepsft-lab study cameras`: the same scenes through several cameras (the paper's section on camera intrinsics).
 
+mod figure;
 mod near;
 mod scenes;
 
@@ -10,8 +11,9 @@ use deepsft::Estimator;
 use deepsft_formats::write_file;
 use deepsft_geometry::fitting::{FitOptions, FrameFitter, Start};
 use deepsft_geometry::glam::DVec3;
-use deepsft_geometry::metrics::{FrameMetrics, Summary, frame_metrics};
+use deepsft_geometry::metrics::{FrameMetrics, frame_metrics};
 use deepsft_geometry::{Camera, Maps, Picture, Template};
+use figure::{Figure, figure, mean_and_median};
 use scenes::{NamedCamera, Scenes, cameras, holds};
 use serde::Serialize;
 use std::path::PathBuf;
@@ -54,9 +56,6 @@ struct Answer {
     network: FrameMetrics,
     fitted: FrameMetrics,
 }
-
-/// Mean and median over the scenes.
-type Figure = Option<[f64; 2]>;
 
 #[derive(Clone, Copy, Serialize)]
 struct Figures {
@@ -149,18 +148,6 @@ impl Row {
             fitted: figures(|answer| &answer.fitted),
         }
     }
-}
-
-fn mean_and_median(values: impl Iterator<Item = Option<f64>>) -> Figure {
-    Summary::of(values).map(|summary| [summary.mean, summary.median])
-}
-
-/// A figure as the tables have it.
-fn figure(figure: Figure, decimals: usize) -> String {
-    figure.map_or_else(
-        || "-".to_owned(),
-        |[mean, median]| format!("{mean:.decimals$} / **{median:.decimals$}**"),
-    )
 }
 
 fn print(rows: &[Row]) {

@@ -1,7 +1,7 @@
 //! Objects that are too near for the training camera's angle of view, and not for the camera's: seen in a view that is zoomed out.
 
+use super::figure::{Figure, figure, mean_and_median};
 use super::scenes::{NamedCamera, Scenes, cameras, cut_off, holds};
-use super::{Figure, figure, mean_and_median};
 use crate::reading;
 use anyhow::Result;
 use deepsft::{Device, Estimate, Target, TargetFinder, View};
