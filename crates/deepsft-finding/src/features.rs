@@ -45,8 +45,9 @@ pub(crate) struct Feature {
 /// The features of one picture: corners at many sizes with their descriptors.
 #[derive(Clone, Debug, Default)]
 pub struct Features {
-    all: Vec<Feature>,
-    descriptors: Vec<Descriptor>,
+    pub(crate) all: Vec<Feature>,
+    /// One for each feature.
+    pub(crate) descriptors: Vec<Descriptor>,
 }
 
 impl Features {
@@ -81,22 +82,8 @@ impl Features {
         features
     }
 
-    /// Returns the number of features.
-    pub fn len(&self) -> usize {
-        self.all.len()
-    }
-
     /// Reports whether there is none.
     pub fn is_empty(&self) -> bool {
         self.all.is_empty()
-    }
-
-    pub(crate) fn all(&self) -> &[Feature] {
-        &self.all
-    }
-
-    /// One descriptor for each feature.
-    pub(crate) fn descriptors(&self) -> &[Descriptor] {
-        &self.descriptors
     }
 }

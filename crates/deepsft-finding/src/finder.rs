@@ -72,14 +72,14 @@ impl FeatureFinder {
     pub fn new(template: Template) -> Result<Self, GeometryError> {
         let target = PictureTarget::new(template)?;
         Ok(Self {
-            solver: SheetSolver::new(target.template())?,
+            solver: SheetSolver::new(&target.template)?,
             target,
         })
     }
 
     /// The sheet with the picture.
     pub fn template(&self) -> &Template {
-        self.target.template()
+        &self.target.template
     }
 
     /// Grades how well the picture will be found. Takes up to 50 ms.
@@ -110,7 +110,7 @@ impl FeatureFinder {
         let pixel = pixel(camera);
         let neighbourhood = Neighbourhood {
             distance_px: NEIGHBOURS_PX.map(|distance| (distance * pixel) as f32),
-            place_mm: PLACE_PX * self.target.mm_per_pixel(),
+            place_mm: PLACE_PX * self.target.mm_per_pixel,
         };
         let seen = ImageEvidence {
             candidates,

@@ -101,7 +101,7 @@ impl PictureGrade {
 
     pub(crate) fn of_target(target: &PictureTarget) -> Self {
         let twins = Twins::of(target);
-        let corners = target.places().len();
+        let corners = target.places.len();
         let share = |some: &[bool]| some.iter().filter(|&&is| is).count() as f64 / corners.max(1) as f64;
         let mut grade = Self {
             level: GradeLevel::Good,
@@ -109,7 +109,7 @@ impl PictureGrade {
             covered: covered(target, &twins.any),
             repeated: share(&twins.any),
             half_turn: share(&twins.opposite),
-            contrast: target.contrast(),
+            contrast: target.contrast,
             advice: Vec::new(),
         };
         grade.judge();
@@ -125,10 +125,8 @@ impl PictureGrade {
         let [faint, dull] = CONTRAST;
         if self.contrast < dull {
             let level = if self.contrast < faint { Hopeless } else { Poor };
-            self.lower(
-                level,
-                "The picture has hardly any contrast: use stronger light and dark.",
-            );
+            let sentence = "The picture has hardly any contrast: use stronger light and dark.";
+            self.lower(level, sentence);
         }
         if self.half_turn > HALF_TURN {
             let sentence = "The picture looks the same upside down: add something to one end that the other lacks.";
@@ -167,7 +165,7 @@ impl PictureGrade {
 
     /// A sentence for each side that has less than its part of the corners.
     fn judge_sides(&mut self, target: &PictureTarget, has_twin: &[bool]) {
-        let size = target.template().size_mm().as_vec2();
+        let size = target.template.size_mm().as_vec2();
         type Inside = fn(Vec2) -> bool;
         let sides: [(&str, &str, Inside); 4] = [
             ("on the left", "the right", |at| at.x < STRIP),
@@ -175,26 +173,23 @@ impl PictureGrade {
             ("at the top", "the bottom", |at| at.y < STRIP),
             ("at the bottom", "the top", |at| at.y > 1.0 - STRIP),
         ];
+        let places = || target.places.iter().map(|place| *place / size).zip(has_twin);
+        let all: Vec<Vec2> = places().map(|(at, _)| at).collect();
+        let unlike: Vec<Vec2> = places().filter(|(_, has_twin)| !**has_twin).map(|(at, _)| at).collect();
         for (side, opposite, inside) in sides {
-            // How many of its fair part of the corners lie there: all, and those without a twin.
-            let part = |counts: &dyn Fn(usize) -> bool| {
-                let counted = (0..has_twin.len()).filter(|&i| counts(i));
-                let (mut there, mut all) = (0, 0);
-                for i in counted {
-                    all += 1;
-                    there += usize::from(inside(target.places()[i] / size));
-                }
-                f64::from(there as u32) / (f64::from(STRIP) * f64::from(all.max(1) as u32))
+            // How many of its fair part of the corners lie there.
+            let part = |corners: &[Vec2]| {
+                let there = corners.iter().filter(|&&at| inside(at)).count();
+                there as f64 / (f64::from(STRIP) * corners.len().max(1) as f64)
             };
-            let what = if part(&|_| true) < MIN_PART {
-                "mostly one colour"
-            } else if part(&|i| !has_twin[i]) < MIN_PART {
+            let what = if part(&all) < MIN_PART {
+                "is mostly one colour"
+            } else if part(&unlike) < MIN_PART {
                 "mostly repeats itself"
             } else {
                 continue;
             };
-            let verb = if what.starts_with("mostly one") { "is " } else { "" };
-            let sentence = format!("The picture {verb}{what} {side}: it will be lost when {opposite} is covered.");
+            let sentence = format!("The picture {what} {side}: it will be lost when {opposite} is covered.");
             self.lower(GradeLevel::Fair, &sentence);
         }
     }
@@ -210,17 +205,17 @@ struct Twins {
 
 impl Twins {
     fn of(target: &PictureTarget) -> Self {
-        let (features, places) = (target.features(), target.places());
-        let size = target.template().size_mm().as_vec2();
-        let elsewhere_mm = ELSEWHERE_PX * target.mm_per_pixel();
+        let (features, places) = (&target.features, &target.places);
+        let size = target.template.size_mm().as_vec2();
+        let elsewhere_mm = ELSEWHERE_PX * target.mm_per_pixel;
         let mut of_one = Vec::new();
         let (mut any, mut opposite) = (Vec::new(), Vec::new());
-        for (i, descriptor) in features.descriptors().iter().enumerate() {
-            distances(descriptor, features.descriptors(), &mut of_one);
+        for (i, descriptor) in features.descriptors.iter().enumerate() {
+            distances(descriptor, &features.descriptors, &mut of_one);
             let mut alike = of_one.iter().zip(places).filter(|(distance, _)| **distance <= TWINS);
             any.push(alike.any(|(_, place)| place.distance(places[i]) > elsewhere_mm));
             let turned = |&j: &usize| {
-                let angle = features.all()[j].angle - features.all()[i].angle;
+                let angle = features.all[j].angle - features.all[i].angle;
                 (angle.rem_euclid(TAU) - PI).abs() < TURN && of_one[j] <= TWINS
             };
             opposite.push(target.near(size - places[i], elsewhere_mm).any(|j| turned(&j)));
@@ -231,11 +226,11 @@ impl Twins {
 
 /// The share of the print's cells that tell.
 fn covered(target: &PictureTarget, has_twin: &[bool]) -> f64 {
-    let size = target.template().size_mm().as_vec2();
+    let size = target.template.size_mm().as_vec2();
     let cell = size.max_element() / CELLS as f32;
     let [columns, rows] = [size.x, size.y].map(|side| ((side / cell).ceil() as usize).max(1));
     let mut counts = vec![0; columns * rows];
-    for (place, _) in target.places().iter().zip(has_twin).filter(|(_, has_twin)| !**has_twin) {
+    for (place, _) in target.places.iter().zip(has_twin).filter(|(_, has_twin)| !**has_twin) {
         let (x, y) = ((place.x / cell) as usize, (place.y / cell) as usize);
         counts[y.min(rows - 1) * columns + x.min(columns - 1)] += 1;
     }

@@ -29,21 +29,21 @@ pub(crate) fn guided_matches(
     (mesh, vertices): (&TriangleMesh, &[DVec3]),
     search_px: f64,
 ) -> Result<Vec<Match>, GeometryError> {
-    let surface = ProjectedMesh::new(mesh, vertices, seen.camera, target.template().size_mm())?;
-    let (features, others) = (seen.features, target.features());
+    let surface = ProjectedMesh::new(mesh, vertices, seen.camera, target.template.size_mm())?;
+    let (features, others) = (seen.features, &target.features);
     let most = (MAX_DIFFERENT * BITS as f32) as u16;
     let mut found = Vec::new();
-    for (image, (feature, descriptor)) in features.all().iter().zip(features.descriptors()).enumerate() {
+    for (image, (feature, descriptor)) in features.all.iter().zip(&features.descriptors).enumerate() {
         let Some(expected) = surface.at(feature.position) else {
             continue;
         };
         let fits = |&other: &usize| {
-            let angle = others.all()[other].angle - feature.angle;
+            let angle = others.all[other].angle - feature.angle;
             expected.fits(angle, target.scale_mm(other) / feature.scale)
         };
         let reach = search_px as f32 * expected.mm_per_pixel;
         let near = target.near(expected.place, reach).filter(fits);
-        let compared = near.map(|other| (descriptor.distance(&others.descriptors()[other]), other));
+        let compared = near.map(|other| (descriptor.distance(&others.descriptors[other]), other));
         if let Some((_, other)) = compared.min().filter(|(distance, _)| *distance <= most) {
             found.push(Match::of(features, image, target, other));
         }

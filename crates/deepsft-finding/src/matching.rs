@@ -32,11 +32,11 @@ pub struct Match {
 impl Match {
     /// The match of feature `image` of `features` with feature `other` of `target`.
     pub(crate) fn of(features: &Features, image: usize, target: &PictureTarget, other: usize) -> Self {
-        let feature = &features.all()[image];
+        let feature = &features.all[image];
         Self {
             pixel: feature.position,
-            place: target.places()[other],
-            angle: target.features().all()[other].angle - feature.angle,
+            place: target.places[other],
+            angle: target.features.all[other].angle - feature.angle,
             scale: target.scale_mm(other) / feature.scale,
         }
     }
@@ -44,18 +44,18 @@ impl Match {
 
 /// For each feature of the image the most similar of the target, where it stands out; the clearest first.
 pub(crate) fn matches(features: &Features, target: &PictureTarget) -> Vec<Match> {
-    let elsewhere_mm = ELSEWHERE_PX * target.mm_per_pixel();
+    let elsewhere_mm = ELSEWHERE_PX * target.mm_per_pixel;
     let most = (MAX_DIFFERENT * BITS as f32) as u16;
     let (mut of_one, mut found) = (Vec::new(), Vec::new());
-    for (image, descriptor) in features.descriptors().iter().enumerate() {
-        let (best, least) = distances(descriptor, target.features().descriptors(), &mut of_one);
+    for (image, descriptor) in features.descriptors.iter().enumerate() {
+        let (best, least) = distances(descriptor, &target.features.descriptors, &mut of_one);
         if least > most {
             continue;
         }
-        let place = target.places()[best];
+        let place = target.places[best];
         // One bit more for all: two exact copies are rivals too. A rival at the limit is far enough.
         let limit = (f32::from(least + 1) / MAX_RATIO) as u16 + 1;
-        let rivals = of_one.iter().zip(target.places());
+        let rivals = of_one.iter().zip(&target.places);
         let rivals = rivals.filter(|(distance, other)| **distance < limit && other.distance(place) > elsewhere_mm);
         let rival = rivals.map(|(distance, _)| *distance).min().unwrap_or(limit);
         let ratio = f32::from(least + 1) / f32::from(rival + 1);
@@ -152,9 +152,9 @@ mod tests {
             |m: &&Match| m.place.cmpge(Vec2::splat(40.0)).all() && m.place.cmple(Vec2::new(360.0, 260.0)).all();
         let inside = found.iter().filter(inside).count();
         assert!(
-            features.len() > 500 && inside * 50 < features.len(),
+            features.all.len() > 500 && inside * 50 < features.all.len(),
             "{inside} of {}",
-            features.len()
+            features.all.len()
         );
     }
 }

@@ -18,17 +18,17 @@ const SIDES_MM: [f64; 2] = [5.0, 20_000.0];
 /// A printed picture with its features, on a flat sheet of known size in mm.
 #[derive(Debug)]
 pub(crate) struct PictureTarget {
-    template: Template,
-    features: Features,
+    pub template: Template,
+    pub features: Features,
     /// Of each feature: its place on the sheet, mm from the upper left corner.
-    places: Vec<Vec2>,
-    /// mm per pixel of the picture that corners were taken from.
-    mm_per_pixel: f32,
+    pub places: Vec<Vec2>,
+    /// mm on the sheet per pixel of the picture that corners were taken from.
+    pub mm_per_pixel: f32,
     /// Indices of the features in each cell of the sheet, row-major.
     cells: Vec<Vec<usize>>,
     columns: usize,
     /// Grey levels between the darkest and the brightest hundredth of the picture.
-    contrast: u8,
+    pub contrast: u8,
 }
 
 impl PictureTarget {
@@ -60,7 +60,7 @@ impl PictureTarget {
         let contrast = contrast(&picture);
         let size = template.size_mm().as_vec2();
         let scale = size / Vec2::new(picture.width() as f32, picture.height() as f32);
-        let places: Vec<Vec2> = features.all().iter().map(|f| f.position * scale).collect();
+        let places: Vec<Vec2> = features.all.iter().map(|f| f.position * scale).collect();
         let mm_per_pixel = scale.element_sum() / 2.0;
         let cell_mm = CELL_PX * mm_per_pixel;
         let [columns, rows] = [size.x, size.y].map(|side| (side / cell_mm) as usize + 1);
@@ -80,34 +80,9 @@ impl PictureTarget {
         })
     }
 
-    /// The sheet.
-    pub fn template(&self) -> &Template {
-        &self.template
-    }
-
-    /// Its features.
-    pub fn features(&self) -> &Features {
-        &self.features
-    }
-
-    /// Grey levels between the darkest and the brightest hundredth of the picture.
-    pub fn contrast(&self) -> u8 {
-        self.contrast
-    }
-
-    /// Places of the features on the sheet, mm from its upper left corner.
-    pub fn places(&self) -> &[Vec2] {
-        &self.places
-    }
-
-    /// mm on the sheet per pixel of the picture that corners were taken from.
-    pub fn mm_per_pixel(&self) -> f32 {
-        self.mm_per_pixel
-    }
-
     /// mm on the sheet per pixel of the level that has feature `index`.
     pub fn scale_mm(&self, index: usize) -> f32 {
-        self.features.all()[index].scale * self.mm_per_pixel
+        self.features.all[index].scale * self.mm_per_pixel
     }
 
     /// The features whose places are at most `reach` mm from `place`.
@@ -159,7 +134,7 @@ mod tests {
     fn a_blank_or_tiny_picture_has_no_features() {
         for (width, height) in [(3, 3), (1, 40), (40, 1), (1, 1), (300, 200)] {
             let blank = Picture::from_fn(width, height, |_, _| [200; 3]);
-            assert!(print(blank, 300.0).unwrap().features().is_empty());
+            assert!(print(blank, 300.0).unwrap().features.is_empty());
         }
     }
 

@@ -201,9 +201,7 @@ impl FollowedTarget {
 
     /// The camera as the views so far tell it, after at most `max_updates`.
     pub(super) fn solve_camera(&mut self, max_updates: usize) -> Result<Option<CalibratedCamera>, DeepSftError> {
-        match &mut self.calibration {
-            Some(calibration) => Ok(calibration.solve(max_updates)?),
-            None => Ok(None),
-        }
+        let calibration = self.calibration.as_mut();
+        calibration.map_or(Ok(None), |calibration| Ok(calibration.solve(max_updates)?))
     }
 }

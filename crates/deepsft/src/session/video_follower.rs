@@ -79,7 +79,8 @@ pub struct VideoFollower<'a> {
     clock_ms: Box<dyn Fn() -> f64 + Send + 'a>,
     delay: u64,
     focal_deviation: f64,
-    pending: Option<PendingAnswer>,
+    /// What the finders make of a frame, and the frame with which it is known.
+    pending: Option<(u64, Vec<Sighting>)>,
     frame: u64,
 }
 
@@ -90,12 +91,6 @@ impl std::fmt::Debug for VideoFollower<'_> {
             .field("finder", &self.finder)
             .finish_non_exhaustive()
     }
-}
-
-/// What the finders make of a frame, and the frame with which it is known.
-struct PendingAnswer {
-    due: u64,
-    sightings: Vec<Sighting>,
 }
 
 /// The one target of the session.
@@ -159,10 +154,7 @@ impl<'a> VideoFollower<'a> {
             let start = (self.clock_ms)();
             let (sightings, _) = self.finder.find(image, &next.view).await?;
             times.finding = Some((self.clock_ms)() - start);
-            self.pending = Some(PendingAnswer {
-                due: frame + self.delay,
-                sightings,
-            });
+            self.pending = Some((frame + self.delay, sightings));
             if let Some(at_once) = self.hand_in(frame, time_s, &mut times)? {
                 detection = Some(at_once);
                 let told = std::mem::replace(&mut targets, self.session.followed());
@@ -190,7 +182,7 @@ impl<'a> VideoFollower<'a> {
 
     /// Hands the answer in that is due with `frame`, if there is one.
     fn hand_in(&mut self, frame: u64, time_s: f64, times: &mut FrameTimes) -> Result<Option<Detection>, DeepSftError> {
-        let Some(PendingAnswer { sightings, .. }) = self.pending.take_if(|pending| pending.due <= frame) else {
+        let Some((_, sightings)) = self.pending.take_if(|(due, _)| *due <= frame) else {
             return Ok(None);
         };
         let start = (self.clock_ms)();
