@@ -85,6 +85,27 @@ fn maps_that_are_a_little_wrong_become_exact() {
     }
 }
 
+/// The coarse mesh, which moves farthest, is given that blur too.
+#[test]
+fn a_fit_with_one_blur_begins_with_the_coarse_mesh_too() {
+    let Scene {
+        template,
+        camera,
+        truth,
+        image,
+    } = scene();
+    let options = FitOptions {
+        blurs: vec![1.5],
+        ..FitOptions::default()
+    };
+    let mut fitter = FrameFitter::new(&template, options).unwrap();
+    let start = Start::Maps(mistaken(&truth));
+    let fitted = fitter.fit(&image, &camera, &start).unwrap().unwrap();
+    let metrics = frame_metrics(&fitted.maps(template.mesh()), &truth, &camera, template.size_mm()).unwrap();
+    let px = metrics.registration_rmse_px.unwrap();
+    assert!(fitted.verdict.is_found() && px < 0.8, "{px} px, {:?}", fitted.verdict);
+}
+
 #[test]
 fn a_sharp_fold_goes_where_the_network_sees_it() {
     let (template, camera) = (template(), training_camera());
