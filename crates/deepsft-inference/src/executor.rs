@@ -1,18 +1,19 @@
 //! Runs a network of any architecture.
 
-use crate::compact::CompactExecutor;
+use crate::compact::CompactFrame;
 #[cfg(feature = "webgpu")]
-use crate::compact::CompactGpuExecutor;
-use crate::config::{Architecture, NetworkConfig};
+use crate::compact::{CellMaps, compact_pipeline, logit};
+use crate::config::{Architecture, DepthRange, NetworkConfig};
+use crate::cpu::{CpuPlan, with_team};
 #[cfg(feature = "webgpu")]
-use crate::gpu::{Gpu, GpuError};
-use crate::plan::PlanError;
-use crate::residual::ResidualExecutor;
+use crate::gpu::{FramePipeline, Gpu, GpuError};
+use crate::plan::{MapId, PlanError};
 #[cfg(feature = "webgpu")]
-use crate::residual::ResidualGpuExecutor;
+use crate::residual::residual_pipeline;
+use crate::residual::{ResidualPlan, read};
 use crate::stage::Stage;
 use crate::weights::Weights;
-use deepsft_geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH, GeometryError, ImageSize, Maps, Picture};
+use deepsft_geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH, GeometryError, ImageSize, Maps, Picture, check_size};
 
 /// Checks the size of images for networks that know one only.
 fn check_canonical(image: ImageSize) -> Result<(), PlanError> {
@@ -29,12 +30,21 @@ fn check_canonical(image: ImageSize) -> Result<(), PlanError> {
 
 /// Runs a network on the processor, for images of one size. On one thread it allocates nothing after it was made.
 #[derive(Debug)]
-pub struct Executor(Network);
+pub struct Executor {
+    cpu: CpuPlan,
+    size: ImageSize,
+    network: Network,
+}
 
 #[derive(Debug)]
 enum Network {
-    Compact(Box<CompactExecutor>),
-    Residual(Box<ResidualExecutor>),
+    Compact(Box<CompactFrame>),
+    /// The paper's network and R50F.
+    Residual {
+        image: MapId,
+        outputs: Vec<MapId>,
+        range: DepthRange,
+    },
 }
 
 impl Executor {
@@ -49,14 +59,17 @@ impl Executor {
         weights: &Weights,
         threads: usize,
     ) -> Result<Self, PlanError> {
-        let image = image.into();
-        if let Architecture::Compact(_) = config.architecture {
-            let executor = CompactExecutor::new(config, image, weights, threads)?;
-            return Ok(Self(Network::Compact(Box::new(executor))));
-        }
-        check_canonical(image)?;
-        let executor = ResidualExecutor::new(config, weights, threads)?;
-        Ok(Self(Network::Residual(Box::new(executor))))
+        let size = image.into();
+        let (cpu, network) = if let Architecture::Compact(_) = config.architecture {
+            let (cpu, frame) = CompactFrame::new(config, [size.width, size.height], weights, threads)?;
+            (cpu, Network::Compact(Box::new(frame)))
+        } else {
+            check_canonical(size)?;
+            let ResidualPlan { plan, image, outputs } = ResidualPlan::new(config, weights)?;
+            let (cpu, range) = (CpuPlan::new(plan, &outputs, threads), config.depth_range);
+            (cpu, Network::Residual { image, outputs, range })
+        };
+        Ok(Self { cpu, size, network })
     }
 
     /// Takes an image of the training camera through the network.
@@ -64,10 +77,22 @@ impl Executor {
     /// # Errors
     /// [`GeometryError`] when the image has another size.
     pub fn run(&mut self, image: &Picture) -> Result<(), GeometryError> {
-        match &mut self.0 {
-            Network::Compact(executor) => executor.run(image),
-            Network::Residual(executor) => executor.run(image),
-        }
+        check_size(image.size(), self.size)?;
+        let (cpu, network) = (&mut self.cpu, &mut self.network);
+        with_team(cpu.threads(), || match network {
+            Network::Compact(frame) => frame.run(cpu, image),
+            Network::Residual { image: map, .. } => {
+                let pitch = cpu.pitch(*map);
+                let positions = cpu.values_mut(*map).chunks_exact_mut(pitch);
+                for (position, color) in positions.zip(image.rgb().chunks_exact(3)) {
+                    for (value, &color) in position.iter_mut().zip(color) {
+                        *value = f32::from(color) * (2.0 / 255.0) - 1.0;
+                    }
+                }
+                cpu.run(0..cpu.steps());
+            }
+        });
+        Ok(())
     }
 
     /// Writes the maps of the last image: depth (mm) and registration at the pixels of `seen` (row-major) if given, else in the
@@ -77,17 +102,21 @@ impl Executor {
     /// # Errors
     /// [`GeometryError::MapSize`] when `maps` or `seen` have another size than the image.
     pub fn read(&mut self, stage: Stage, seen: Option<&[bool]>, maps: &mut Maps) -> Result<(), GeometryError> {
-        match &mut self.0 {
-            Network::Compact(executor) => executor.read(stage, seen, maps),
-            Network::Residual(executor) => executor.read(stage, seen, maps),
+        let cpu = &self.cpu;
+        match &mut self.network {
+            Network::Compact(frame) => frame.read(cpu, stage, seen, maps),
+            Network::Residual { outputs, range, .. } => {
+                let said = |k: usize| (cpu.values(outputs[k]), cpu.pitch(outputs[k]));
+                read(outputs.len(), *range, said, (stage, seen), maps)
+            }
         }
     }
 
     /// Returns (u, v, d) of the compact network's cells of 8 pixels, d in normalised log depth: row after row. `None` for others.
     pub fn cells(&self, stage: Stage) -> Option<[&[f32]; 3]> {
-        match &self.0 {
-            Network::Compact(executor) => Some(executor.cells(stage)),
-            Network::Residual(_) => None,
+        match &self.network {
+            Network::Compact(frame) => Some(frame.cells(stage)),
+            Network::Residual { .. } => None,
         }
     }
 
@@ -96,9 +125,9 @@ impl Executor {
     /// # Panics
     /// May panic for a pixel outside of the image.
     pub fn mask_logit(&self, x: usize, y: usize) -> Option<f32> {
-        match &self.0 {
-            Network::Compact(executor) => Some(executor.mask_logit(x, y)),
-            Network::Residual(_) => None,
+        match &self.network {
+            Network::Compact(frame) => Some(frame.mask_logit(&self.cpu, x, y)),
+            Network::Residual { .. } => None,
         }
     }
 }
@@ -106,13 +135,11 @@ impl Executor {
 /// Runs a network on a GPU, for images of one size.
 #[cfg(feature = "webgpu")]
 #[derive(Debug)]
-pub struct GpuExecutor(GpuNetwork);
-
-#[cfg(feature = "webgpu")]
-#[derive(Debug)]
-enum GpuNetwork {
-    Compact(Box<CompactGpuExecutor>),
-    Residual(Box<ResidualGpuExecutor>),
+pub struct GpuExecutor {
+    pipeline: FramePipeline,
+    /// Of the compact network.
+    cells: Option<CellMaps>,
+    range: DepthRange,
 }
 
 #[cfg(feature = "webgpu")]
@@ -128,18 +155,22 @@ impl GpuExecutor {
         image: impl Into<ImageSize>,
         weights: &Weights,
     ) -> Result<Self, GpuError> {
+        gpu.check()?;
         let image = image.into();
-        let network = match config.architecture {
+        let range = config.depth_range;
+        let (pipeline, cells) = match config.architecture {
             Architecture::Compact(_) => {
-                GpuNetwork::Compact(Box::new(CompactGpuExecutor::new(gpu, config, image, weights)?))
+                let image = [image.width, image.height];
+                let pipeline = compact_pipeline(gpu, config, image, weights)?;
+                (pipeline, Some(CellMaps::new(image, config, 1)))
             }
             Architecture::Paper(_) => {
                 check_canonical(image)?;
-                GpuNetwork::Residual(Box::new(ResidualGpuExecutor::new(gpu, config, weights)?))
+                (residual_pipeline(gpu, config, weights)?, None)
             }
             Architecture::R50F(_) => return Err(PlanError::Architecture(config.architecture.name()).into()),
         };
-        Ok(Self(network))
+        Ok(Self { pipeline, cells, range })
     }
 
     /// Takes an image of the training camera through the network.
@@ -147,10 +178,11 @@ impl GpuExecutor {
     /// # Errors
     /// [`GpuError::Image`] when the image has another size; others when the GPU was lost or failed.
     pub async fn run(&mut self, image: &Picture) -> Result<(), GpuError> {
-        match &mut self.0 {
-            GpuNetwork::Compact(executor) => executor.run(image).await,
-            GpuNetwork::Residual(executor) => executor.run(image).await,
+        self.pipeline.run(image).await?;
+        if let Some(cells) = &mut self.cells {
+            cells.set(self.pipeline.result(0), self.pipeline.result(1));
         }
+        Ok(())
     }
 
     /// Writes the maps of the last image, see [`Executor::read`].
@@ -158,28 +190,23 @@ impl GpuExecutor {
     /// # Errors
     /// [`GeometryError::MapSize`] when `maps` or `seen` have another size than the image.
     pub fn read(&mut self, stage: Stage, seen: Option<&[bool]>, maps: &mut Maps) -> Result<(), GeometryError> {
-        match &mut self.0 {
-            GpuNetwork::Compact(executor) => executor.read(stage, seen, maps),
-            GpuNetwork::Residual(executor) => executor.read(stage, seen, maps),
+        let pipeline = &self.pipeline;
+        match &mut self.cells {
+            Some(cells) => cells.read(stage, seen, |patch, at| logit(pipeline.result(2), patch, at), maps),
+            None => read(3, self.range, |k| (pipeline.result(k), 4), (stage, seen), maps),
         }
     }
 
-    /// Returns the compact network's cells, see [`Executor::cells`].
-    pub fn cells(&self, stage: Stage) -> Option<[&[f32]; 3]> {
-        match &self.0 {
-            GpuNetwork::Compact(executor) => Some(executor.cells(stage)),
-            GpuNetwork::Residual(_) => None,
-        }
+    /// The compact network's cells, see [`Executor::cells`].
+    #[cfg(test)]
+    pub(crate) fn cells(&self, stage: Stage) -> Option<[&[f32]; 3]> {
+        self.cells.as_ref().map(|cells| cells.cells(stage))
     }
 
-    /// Returns a logit of the compact network's mask, see [`Executor::mask_logit`].
-    ///
-    /// # Panics
-    /// May panic for a pixel outside of the image.
-    pub fn mask_logit(&self, x: usize, y: usize) -> Option<f32> {
-        match &self.0 {
-            GpuNetwork::Compact(executor) => Some(executor.mask_logit(x, y)),
-            GpuNetwork::Residual(_) => None,
-        }
+    /// A logit of the compact network's mask, see [`Executor::mask_logit`].
+    #[cfg(test)]
+    pub(crate) fn mask_logit(&self, x: usize, y: usize) -> Option<f32> {
+        let (patch, at) = self.cells.as_ref()?.index_in_mask(x, y);
+        Some(logit(self.pipeline.result(2), patch, at))
     }
 }

@@ -2,22 +2,22 @@
 
 /// Identifies a map of a plan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct MapId(pub(crate) usize);
+pub(crate) struct MapId(pub(crate) usize);
 
 /// Size of a map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct MapShape {
+pub(crate) struct MapShape {
     /// Values per position.
-    pub channels: usize,
+    pub(crate) channels: usize,
     /// Rows.
-    pub height: usize,
+    pub(crate) height: usize,
     /// Columns.
-    pub width: usize,
+    pub(crate) width: usize,
 }
 
 impl MapShape {
     /// Makes a size of channels, rows and columns.
-    pub fn new(channels: usize, height: usize, width: usize) -> Self {
+    pub(crate) fn new(channels: usize, height: usize, width: usize) -> Self {
         Self {
             channels,
             height,
@@ -25,47 +25,47 @@ impl MapShape {
         }
     }
 
-    /// Returns the number of positions.
-    pub fn area(&self) -> usize {
+    /// Number of positions.
+    pub(crate) fn area(&self) -> usize {
         self.height * self.width
     }
 }
 
 /// Weights and biases of a convolution.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Filters {
+pub(crate) struct Filters {
     /// Filters, row-major [out, in, kernel, kernel].
-    pub weights: Vec<f32>,
+    pub(crate) weights: Vec<f32>,
     /// One per output channel.
-    pub biases: Vec<f32>,
+    pub(crate) biases: Vec<f32>,
     /// Channels that are read, those of all input maps together.
-    pub inputs: usize,
+    pub(crate) inputs: usize,
     /// Side of the square kernel, odd; the border is padded with kernel / 2 zeros.
-    pub kernel: usize,
+    pub(crate) kernel: usize,
 }
 
 /// A map that a skip connection adds to a result: position (y, x) gets the map's ((y + top) / factor, x / factor).
 ///
 /// What the map has beyond the result is not read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct SkipInput {
+pub(crate) struct SkipInput {
     /// The map.
-    pub map: MapId,
+    pub(crate) map: MapId,
     /// How often each of its positions counts, across and down (nearest up-sampling).
-    pub factor: usize,
+    pub(crate) factor: usize,
     /// Rows of the up-sampled map above the result's first.
-    pub top: usize,
+    pub(crate) top: usize,
 }
 
 impl SkipInput {
     /// Adds a map of the same size.
-    pub fn same(map: MapId) -> Self {
+    pub(crate) fn same(map: MapId) -> Self {
         let (factor, top) = (1, 0);
         Self { map, factor, top }
     }
 
     /// Adds a map of half the size, rounded up, twice up-sampled.
-    pub fn doubled(map: MapId) -> Self {
+    pub(crate) fn doubled(map: MapId) -> Self {
         let (factor, top) = (2, 0);
         Self { map, factor, top }
     }
@@ -73,20 +73,20 @@ impl SkipInput {
 
 /// A map that a convolution reads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct LayerInput {
+pub(crate) struct LayerInput {
     /// The map.
-    pub map: MapId,
+    pub(crate) map: MapId,
     /// Whether its negative values are read as zero (relu).
-    pub rectified: bool,
+    pub(crate) rectified: bool,
     /// How often each of its positions is read, across and down (nearest up-sampling).
-    pub factor: usize,
+    pub(crate) factor: usize,
     /// Rows of the up-sampled map that are left out: at the top and at the bottom.
-    pub cropped: [usize; 2],
+    pub(crate) cropped: [usize; 2],
 }
 
 impl LayerInput {
     /// Reads `map` as it is.
-    pub fn plain(map: MapId) -> Self {
+    pub(crate) fn plain(map: MapId) -> Self {
         Self {
             map,
             rectified: false,
@@ -96,7 +96,7 @@ impl LayerInput {
     }
 
     /// Reads `map` with relu.
-    pub fn relu(map: MapId) -> Self {
+    pub(crate) fn relu(map: MapId) -> Self {
         Self {
             rectified: true,
             ..Self::plain(map)
@@ -113,22 +113,22 @@ impl LayerInput {
 
 /// A convolution.
 #[derive(Clone, Debug)]
-pub struct Convolution {
+pub(crate) struct Convolution {
     /// What it reads, one after another along the channels.
-    pub inputs: Vec<LayerInput>,
+    pub(crate) inputs: Vec<LayerInput>,
     /// Its weights.
-    pub filters: Filters,
+    pub(crate) filters: Filters,
     /// Distance of the positions where it is applied.
-    pub stride: usize,
+    pub(crate) stride: usize,
     /// The skip connection that is added to the result.
-    pub skip: Option<SkipInput>,
+    pub(crate) skip: Option<SkipInput>,
     /// Whether negative sums are written as zero (relu).
-    pub rectified: bool,
+    pub(crate) rectified: bool,
 }
 
 impl Convolution {
     /// Makes a convolution of stride 1 without relu or skip connection.
-    pub fn new(inputs: Vec<LayerInput>, filters: Filters) -> Self {
+    pub(crate) fn new(inputs: Vec<LayerInput>, filters: Filters) -> Self {
         Self {
             inputs,
             filters,
@@ -141,26 +141,26 @@ impl Convolution {
 
 /// A pooling: the largest values of windows of 3 x 3 positions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct MaxPool {
+pub(crate) struct MaxPool {
     /// What it reads.
-    pub map: MapId,
+    pub(crate) map: MapId,
     /// Distance of the windows.
-    pub stride: usize,
+    pub(crate) stride: usize,
     /// Positions by which the first window lies outside, above and to the left: 0 or 1. They never win.
-    pub border: usize,
+    pub(crate) border: usize,
 }
 
 /// A dense layer: every output from all values of a map.
 #[derive(Clone, Debug)]
-pub struct DenseLayer {
+pub(crate) struct DenseLayer {
     /// What it reads.
-    pub map: MapId,
+    pub(crate) map: MapId,
     /// Row-major [channel, row, column, output].
-    pub weights: Vec<f32>,
+    pub(crate) weights: Vec<f32>,
     /// One per output.
-    pub biases: Vec<f32>,
+    pub(crate) biases: Vec<f32>,
     /// Whether negative sums are written as zero (relu).
-    pub rectified: bool,
+    pub(crate) rectified: bool,
 }
 
 /// The layer of a step.
@@ -224,36 +224,30 @@ pub enum PlanError {
 
 /// The layers of a network in their order, and the maps between them. The caller writes the maps that no layer makes.
 #[derive(Clone, Debug, Default)]
-pub struct Plan {
+pub(crate) struct Plan {
     pub(crate) maps: Vec<MapShape>,
     pub(crate) steps: Vec<Step>,
 }
 
 impl Plan {
     /// Adds a map that the caller writes.
-    pub fn input(&mut self, shape: MapShape) -> MapId {
+    pub(crate) fn input(&mut self, shape: MapShape) -> MapId {
         self.maps.push(shape);
         MapId(self.maps.len() - 1)
     }
 
-    /// Returns the size of a map.
-    ///
-    /// # Panics
-    /// May panic for a map of another plan.
-    pub fn shape(&self, map: MapId) -> MapShape {
+    /// Size of a map.
+    pub(crate) fn shape(&self, map: MapId) -> MapShape {
         self.maps[map.0]
     }
 
-    /// Returns the number of steps so far: marks where the caller takes over.
-    pub fn steps(&self) -> usize {
+    /// Number of steps so far: marks where the caller takes over.
+    pub(crate) fn steps(&self) -> usize {
         self.steps.len()
     }
 
     /// Adds a convolution; its result is a new map of ceil(size / stride).
-    ///
-    /// # Errors
-    /// [`PlanError::Shape`] when maps and filters do not fit each other.
-    pub fn convolve(&mut self, convolution: Convolution) -> Result<MapId, PlanError> {
+    pub(crate) fn convolve(&mut self, convolution: Convolution) -> Result<MapId, PlanError> {
         let Filters {
             weights,
             biases,
@@ -280,10 +274,7 @@ impl Plan {
     }
 
     /// Adds a sum of two maps.
-    ///
-    /// # Errors
-    /// [`PlanError::Shape`] when their sizes do not fit.
-    pub fn add(&mut self, map: MapId, skip: SkipInput) -> Result<MapId, PlanError> {
+    pub(crate) fn add(&mut self, map: MapId, skip: SkipInput) -> Result<MapId, PlanError> {
         let shape = self.shape(map);
         self.check_skip(Some(skip), shape)?;
         Ok(self.step(Operation::Add(map, skip), shape))
@@ -332,10 +323,7 @@ impl Plan {
     }
 
     /// Adds a pooling; its result is a new map of floor((size + 2 border - 3) / stride) + 1.
-    ///
-    /// # Errors
-    /// [`PlanError::Shape`] for a map that is smaller than a window, and for a border of more than 1.
-    pub fn pool(&mut self, pool: MaxPool) -> Result<MapId, PlanError> {
+    pub(crate) fn pool(&mut self, pool: MaxPool) -> Result<MapId, PlanError> {
         let shape = self.shape(pool.map);
         let sides = [shape.height, shape.width].map(|side| side + 2 * pool.border);
         if sides.iter().any(|&side| side < 3) || pool.border > 1 || pool.stride == 0 {
@@ -346,10 +334,7 @@ impl Plan {
     }
 
     /// Adds a dense layer; its result is a new map of one position.
-    ///
-    /// # Errors
-    /// [`PlanError::Shape`] when map and weights do not fit each other.
-    pub fn dense(&mut self, dense: DenseLayer) -> Result<MapId, PlanError> {
+    pub(crate) fn dense(&mut self, dense: DenseLayer) -> Result<MapId, PlanError> {
         let shape = self.shape(dense.map);
         let inputs = shape.channels * shape.area();
         let channels = dense.biases.len();

@@ -73,27 +73,21 @@ fn a_frame_allocates_nothing() {
     }
 }
 
-/// A server calls from its pool's threads, whose other jobs may last for seconds: neither may change the other.
+/// A server calls from its pool's threads, whose other jobs may last for seconds.
 #[test]
-fn a_frame_waits_for_no_other_job_of_the_callers_pool_and_ties_none_of_its_threads_to_a_core() {
+fn a_frame_waits_for_no_other_job_of_the_callers_pool() {
     use std::thread::sleep;
     use std::time::{Duration, Instant};
-    let allowed = cores();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
     let image = (480, 270);
     let picture = Picture::from_fn(480, 270, |x, y| [(x * y % 251) as u8, (3 * x) as u8, (2 * y) as u8]);
     let mut executor = Executor::new(&compact(), image, &weights(&compact(), image), 2).unwrap();
-    let (job, jobs) = std::sync::mpsc::channel();
     let longest = std::thread::scope(|scope| {
         // They arrive while frames are made.
         scope.spawn(|| {
             for _ in 0..3 {
                 sleep(Duration::from_millis(20));
-                let job = job.clone();
-                pool.spawn(move || {
-                    sleep(Duration::from_secs(2));
-                    job.send(cores()).unwrap();
-                });
+                pool.spawn(|| sleep(Duration::from_secs(2)));
             }
         });
         pool.install(|| {
@@ -106,12 +100,6 @@ fn a_frame_waits_for_no_other_job_of_the_callers_pool_and_ties_none_of_its_threa
         })
     });
     assert!(longest < Duration::from_secs(1), "{longest:?}");
-    assert!(jobs.iter().take(3).all(|cores| cores == allowed));
-}
-
-/// Cores on which this thread may run.
-fn cores() -> usize {
-    std::thread::available_parallelism().map_or(1, usize::from)
 }
 
 #[test]

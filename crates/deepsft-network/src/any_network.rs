@@ -3,11 +3,11 @@
 use super::block::Block;
 use super::compact::CompactNetwork;
 use super::description::{LayerDescription, LayerTable};
-use super::fold::Fold;
 use super::maps::NetworkMaps;
 use super::paper::PaperNetwork;
 use super::r50f::R50FNetwork;
-use super::resnet::WeightInit;
+use super::weight_init::WeightInit;
+use burn::module::Module;
 use burn::tensor::{Device, Tensor};
 use deepsft_inference::{Architecture, NetworkConfig};
 
@@ -58,7 +58,7 @@ pub enum Network {
 impl Network {
     /// How the network was built.
     pub fn config(&self) -> &NetworkConfig {
-        any!(self, network => network.config())
+        any!(self, network => &network.config)
     }
 
     /// The compact network, if it is one: only that has cells, bins and windows of frames.
@@ -88,23 +88,16 @@ impl Network {
         !matches!(self, Self::Compact(_))
     }
 
-    /// Folds the network for inference: the same function, with weight standardisation and batch normalisation baked into the
-    /// convolutions.
-    pub fn fold(self) -> Self {
-        same_kind!(self, network => network.fold())
-    }
-
-    /// Counts the values of `block`'s weights. Batch normalisation counts four per channel (scale, offset, running mean and
-    /// variance). 0 for a block that the architecture does not have.
-    pub fn block_parameters(&self, block: Block) -> usize {
-        any!(self, network => network.block_parameters(block))
-    }
-
     /// Freezes all blocks but `blocks`. Step 2 of the paper's section 4 trains the depth refinement, step 3 the registration
     /// refinement. The weights of the others get no gradients, and their batch normalisation uses and keeps its running
     /// statistics. `train_only(Block::ALL)` trains everything again.
     pub fn train_only(self, blocks: &[Block]) -> Self {
-        same_kind!(self, network => network.train_only(blocks))
+        Block::ALL
+            .iter()
+            .fold(self, |network, block| match blocks.contains(block) {
+                true => network.unfreeze_group(block.group()),
+                false => network.freeze_group(block.group()),
+            })
     }
 
     /// Lists the layers of all blocks in their order, for one 480 x 270 image. A folded network has no batch normalisation any
@@ -114,36 +107,23 @@ impl Network {
         any!(self, network => network.describe(&mut table));
         table.into_layers()
     }
-}
 
-impl Network {
     /// Initialises a network of `config` with random weights.
     pub fn new(config: &NetworkConfig, device: &Device) -> Self {
-        match &config.architecture {
-            Architecture::Compact(shape) => Self::Compact(CompactNetwork::new(shape, config, device)),
-            Architecture::Paper(shape) => {
-                let init = WeightInit::drawn(device, shape.momentum);
-                Self::Paper(PaperNetwork::new(shape, config, init))
-            }
-            Architecture::R50F(shape) => {
-                let init = WeightInit::drawn(device, shape.momentum);
-                Self::R50F(R50FNetwork::new(shape, config, init))
-            }
-        }
+        Self::with_init(config, device, true)
     }
 
-    /// A folded network of `config` whose weights are still to be loaded.
-    pub(crate) fn new_folded(config: &NetworkConfig, device: &Device) -> Self {
+    /// A network with random weights (`drawn`), or a folded one whose weights are still to be loaded.
+    pub(crate) fn with_init(config: &NetworkConfig, device: &Device, drawn: bool) -> Self {
+        let init = |momentum| WeightInit {
+            device,
+            drawn,
+            momentum,
+        };
         match &config.architecture {
-            Architecture::Compact(_) => Self::new(config, device).fold(),
-            Architecture::Paper(shape) => {
-                let init = WeightInit::empty(device, shape.momentum);
-                Self::Paper(PaperNetwork::new(shape, config, init))
-            }
-            Architecture::R50F(shape) => {
-                let init = WeightInit::empty(device, shape.momentum);
-                Self::R50F(R50FNetwork::new(shape, config, init))
-            }
+            Architecture::Compact(shape) => Self::Compact(CompactNetwork::new(shape, config, init(0.0))),
+            Architecture::Paper(shape) => Self::Paper(PaperNetwork::new(shape, config, init(shape.momentum))),
+            Architecture::R50F(shape) => Self::R50F(R50FNetwork::new(shape, config, init(shape.momentum))),
         }
     }
 }

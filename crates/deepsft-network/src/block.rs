@@ -1,6 +1,6 @@
 //! The three blocks of a network and which of them are trained.
 
-use burn::module::Module;
+use burn::module::ParamGroup;
 use deepsft_inference::Stage;
 
 /// A block of the network (paper, section 3.3).
@@ -36,13 +36,14 @@ impl Block {
             Self::RegistrationRefinement => Stage::RegistrationRefinement,
         }
     }
-}
 
-/// `module`, a part of `block`, as [`super::Network::train_only`] wants it.
-pub(super) fn train_if_listed<M: Module>(module: M, block: Block, blocks: &[Block]) -> M {
-    if blocks.contains(&block) {
-        module.unfreeze()
-    } else {
-        module.freeze()
+    /// The values of its weights, as a part of a [`super::Network`].
+    pub(super) fn group(self) -> ParamGroup {
+        let parts = ["depth_refinement", "registration_refinement"];
+        match self {
+            Self::Main => ParamGroup::all().exclude(ParamGroup::from_any_predicates(parts.to_vec())),
+            Self::DepthRefinement => ParamGroup::from_predicate(parts[0]),
+            Self::RegistrationRefinement => ParamGroup::from_predicate(parts[1]),
+        }
     }
 }

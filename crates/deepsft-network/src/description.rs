@@ -13,6 +13,13 @@ pub struct LayerDescription {
     pub name: String,
     /// Channels, rows and columns of what comes out.
     pub output: [usize; 3],
+    /// Its parameters and operations.
+    pub cost: Cost,
+}
+
+/// Parameters and operations of a layer.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Cost {
     /// Values of its weights; batch normalisation counts four per channel.
     pub parameters: usize,
     /// Floating-point operations of convolutions and dense layers for one 480 x 270 image. A multiplication and an addition
@@ -23,21 +30,10 @@ pub struct LayerDescription {
     pub executed_flops: u64,
 }
 
-/// Parameters and operations of a layer.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Cost {
-    /// See [`LayerDescription::parameters`].
-    pub parameters: usize,
-    /// See [`LayerDescription::flops`].
-    pub flops: u64,
-    /// See [`LayerDescription::executed_flops`].
-    pub executed_flops: u64,
-}
-
 impl Cost {
     /// A `layer` with filters of shape [out, in, k, k] that says `pixels` values per filter, and is executed on
     /// 1 / `saving` of them.
-    pub fn of<M: Module>(
+    pub(super) fn of<M: Module>(
         layer: &M,
         [outputs, inputs, height, width]: [usize; 4],
         pixels: usize,
@@ -91,18 +87,11 @@ impl LayerTable {
 
     /// Adds a layer.
     pub fn add(&mut self, name: impl Into<String>, output: [usize; 3], cost: Cost) {
-        let Cost {
-            parameters,
-            flops,
-            executed_flops,
-        } = cost;
         self.layers.push(LayerDescription {
             block: self.block,
             name: name.into(),
             output,
-            parameters,
-            flops,
-            executed_flops,
+            cost,
         });
         self.size = output;
     }

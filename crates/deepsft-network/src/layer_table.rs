@@ -1,7 +1,7 @@
 //! The table of a network's layers as text.
 
 use super::block::Block;
-use super::description::LayerDescription;
+use super::description::{Cost, LayerDescription};
 use std::fmt::Write;
 
 /// The layers of the network called `name`, the totals of its blocks and of all: lines for a terminal.
@@ -14,7 +14,7 @@ pub fn layer_table(name: &str, layers: &[LayerDescription]) -> String {
         "{name}, one image of 480 x 270 pixels (sizes: channels x rows x columns)"
     );
     for &block in Block::ALL {
-        let of_block: Vec<_> = layers.iter().filter(|layer| layer.block == block).collect();
+        let of_block: Vec<&LayerDescription> = layers.iter().filter(|layer| layer.block == block).collect();
         if of_block.is_empty() {
             continue;
         }
@@ -31,39 +31,40 @@ pub fn layer_table(name: &str, layers: &[LayerDescription]) -> String {
                 "  {:longest$}  {:>16}  {:>12}  {:>10.4}",
                 layer.name,
                 format!("{channels} x {rows} x {columns}"),
-                grouped(layer.parameters),
-                giga(layer.flops),
+                grouped(layer.cost.parameters),
+                giga(layer.cost.flops),
             );
         }
-        let _ = writeln!(text, "  {:longest$}  {:>16}  {}", block.name(), "", total(&of_block));
+        let _ = writeln!(
+            text,
+            "  {:longest$}  {:>16}  {}",
+            block.name(),
+            "",
+            total(of_block.iter().map(|layer| layer.cost).sum())
+        );
     }
-    let all: Vec<_> = layers.iter().collect();
-    let _ = writeln!(text, "\n  {:longest$}  {:>16}  {}", "all", "", total(&all));
-    let parameters: usize = layers.iter().map(|layer| layer.parameters).sum();
-    let executed: u64 = layers.iter().map(|layer| layer.executed_flops).sum();
-    let flops: u64 = layers.iter().map(|layer| layer.flops).sum();
-    let megabytes = |bytes: usize| (parameters * bytes) as f64 / 1e6;
+    let all: Cost = layers.iter().map(|layer| layer.cost).sum();
+    let _ = writeln!(text, "\n  {:longest$}  {:>16}  {}", "all", "", total(all));
+    let megabytes = |bytes: usize| (all.parameters * bytes) as f64 / 1e6;
     let _ = writeln!(
         text,
         "\nweights: {:.1} MB in f32, {:.1} MB in a bundle (8 bits)",
         megabytes(4),
         megabytes(1)
     );
-    if executed < flops {
+    if all.executed_flops < all.flops {
         let _ = writeln!(
             text,
             "executed: {:.1} GFLOP, since 1x1 convolutions of decoding blocks run before the up-sampling",
-            giga(executed)
+            giga(all.executed_flops)
         );
     }
     text
 }
 
-/// Parameters and operations of `layers` together, as wide as their columns.
-fn total(layers: &[&LayerDescription]) -> String {
-    let parameters = layers.iter().map(|layer| layer.parameters).sum();
-    let flops = layers.iter().map(|layer| layer.flops).sum();
-    format!("{:>12}  {:>10.4}", grouped(parameters), giga(flops))
+/// Parameters and operations, as wide as their columns.
+fn total(cost: Cost) -> String {
+    format!("{:>12}  {:>10.4}", grouped(cost.parameters), giga(cost.flops))
 }
 
 fn giga(flops: u64) -> f64 {

@@ -11,10 +11,10 @@ mod any_network;
 mod block;
 mod compact;
 mod convolution;
+mod convolution_layer;
 mod description;
 mod device;
 mod error;
-mod fold;
 mod folding;
 mod layer_table;
 mod maps;
@@ -22,10 +22,11 @@ mod module;
 mod paper;
 mod r50f;
 mod reading;
+mod resampling;
 mod resnet;
 mod trunk;
-mod upsampling;
 mod weight_array;
+mod weight_init;
 
 pub use any_network::Network;
 pub use block::Block;
@@ -34,7 +35,7 @@ pub use burn;
 pub use compact::{
     CompactNetwork, DescriptorNetwork, INPUT_MULTIPLE, NetworkOutput, PIXELS_PER_CELL, SEAM_JUMP, cross_entropy,
 };
-pub use description::LayerDescription;
+pub use description::{Cost, LayerDescription};
 pub use device::start_device;
 pub use error::NetworkError;
 pub use layer_table::layer_table;

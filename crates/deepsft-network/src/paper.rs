@@ -6,29 +6,26 @@
 //! enter as 2 value - 1, depth is the normalised depth of [`deepsft_inference::DepthRange`], a map of an odd height is cropped at
 //! the bottom, so that its rows stay over the encoder's.
 
-mod main_block;
-mod refinement_block;
+mod block;
 
-use super::block::{Block, train_if_listed};
+use super::block::Block;
 use super::description::LayerTable;
-use super::fold::{Fold, folded};
 use super::maps::NetworkMaps;
-use super::resnet::WeightInit;
+use super::weight_init::WeightInit;
+use block::PaperBlock;
 use burn::module::Module;
 use burn::tensor::Tensor;
 use deepsft_geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH};
 use deepsft_inference::{NetworkConfig, PaperConfig};
-use main_block::PaperMainBlock;
-use refinement_block::PaperRefinementBlock;
 
 /// The paper's network with its weights.
 #[derive(Module, Debug)]
 pub struct PaperNetwork {
-    main: PaperMainBlock,
-    depth_refinement: PaperRefinementBlock,
-    registration_refinement: PaperRefinementBlock,
+    main: PaperBlock,
+    depth_refinement: PaperBlock,
+    registration_refinement: PaperBlock,
     #[module(skip)]
-    config: NetworkConfig,
+    pub(crate) config: NetworkConfig,
 }
 
 impl PaperNetwork {
@@ -36,16 +33,11 @@ impl PaperNetwork {
     pub(super) fn new(shape: &PaperConfig, config: &NetworkConfig, init: WeightInit) -> Self {
         let divisor = shape.width_divisor;
         Self {
-            main: PaperMainBlock::new(divisor, init),
-            depth_refinement: PaperRefinementBlock::new(divisor, 1, init),
-            registration_refinement: PaperRefinementBlock::new(divisor, 2, init),
+            main: PaperBlock::main(divisor, init),
+            depth_refinement: PaperBlock::refinement(divisor, 1, init),
+            registration_refinement: PaperBlock::refinement(divisor, 2, init),
             config: config.clone(),
         }
-    }
-
-    /// How the network was built.
-    pub fn config(&self) -> &NetworkConfig {
-        &self.config
     }
 
     /// See [`super::Network::forward_maps`].
@@ -67,29 +59,6 @@ impl PaperNetwork {
         }
     }
 
-    /// See [`super::Network::block_parameters`].
-    pub(super) fn block_parameters(&self, block: Block) -> usize {
-        match block {
-            Block::Main => self.main.num_params(),
-            Block::DepthRefinement => self.depth_refinement.num_params(),
-            Block::RegistrationRefinement => self.registration_refinement.num_params(),
-        }
-    }
-
-    /// See [`super::Network::train_only`].
-    pub(super) fn train_only(self, blocks: &[Block]) -> Self {
-        Self {
-            main: train_if_listed(self.main, Block::Main, blocks),
-            depth_refinement: train_if_listed(self.depth_refinement, Block::DepthRefinement, blocks),
-            registration_refinement: train_if_listed(
-                self.registration_refinement,
-                Block::RegistrationRefinement,
-                blocks,
-            ),
-            config: self.config,
-        }
-    }
-
     /// See [`super::Network::describe`].
     pub(super) fn describe(&self, table: &mut LayerTable) {
         self.main.describe(table);
@@ -101,11 +70,5 @@ impl PaperNetwork {
             table.begin(block, seen);
             layers.describe(table);
         }
-    }
-}
-
-impl Fold for PaperNetwork {
-    fn fold(self) -> Self {
-        folded!(self, [main, depth_refinement, registration_refinement], [config])
     }
 }

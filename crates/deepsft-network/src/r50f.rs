@@ -6,11 +6,12 @@
 //! choice): ReLU after the first dense layer, pixels as 2 value - 1, depth as normalised depth of
 //! [`deepsft_inference::DepthRange`]. There is no refinement.
 
-use super::block::{Block, train_if_listed};
+use super::convolution_layer::Convolution;
 use super::description::{Cost, LayerTable};
-use super::fold::{Fold, folded};
 use super::maps::NetworkMaps;
-use super::resnet::{NormalisedConvolution, Resizing, Stack, WeightInit, max_pool};
+use super::resampling::max_pool;
+use super::resnet::{Resizing, Stack};
+use super::weight_init::WeightInit;
 use burn::module::{Module, Param};
 use burn::tensor::{Tensor, activation::relu};
 use deepsft_geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH};
@@ -42,7 +43,7 @@ impl Dense {
 /// R50F with its weights.
 #[derive(Module, Debug)]
 pub struct R50FNetwork {
-    entry: NormalisedConvolution,
+    entry: Convolution,
     encode2: Stack,
     encode3: Stack,
     encode4: Stack,
@@ -50,7 +51,7 @@ pub struct R50FNetwork {
     neurons: Dense,
     maps: Dense,
     #[module(skip)]
-    config: NetworkConfig,
+    pub(crate) config: NetworkConfig,
 }
 
 impl R50FNetwork {
@@ -61,7 +62,7 @@ impl R50FNetwork {
         let stack = Stack::narrowed(shape.width_divisor, init);
         let neurons = width(shape.neurons);
         Self {
-            entry: NormalisedConvolution::new([3, width(64)], 7, 2, init),
+            entry: Convolution::normalised([3, width(64)], 7, 2, init),
             encode2: stack(64, [64, 64, 256], Kept, 2),
             encode3: stack(256, [128, 128, 512], Stride(2), 3),
             encode4: stack(512, [256, 256, 1024], Stride(2), 5),
@@ -74,11 +75,6 @@ impl R50FNetwork {
             maps: Dense::new(neurons, R50FConfig::MAP_VALUES, init),
             config: config.clone(),
         }
-    }
-
-    /// How the network was built.
-    pub fn config(&self) -> &NetworkConfig {
-        &self.config
     }
 
     /// See [`super::Network::forward_maps`].
@@ -103,16 +99,6 @@ impl R50FNetwork {
         }
     }
 
-    /// See [`super::Network::block_parameters`].
-    pub(super) fn block_parameters(&self, block: Block) -> usize {
-        if block == Block::Main { self.num_params() } else { 0 }
-    }
-
-    /// See [`super::Network::train_only`].
-    pub(super) fn train_only(self, blocks: &[Block]) -> Self {
-        train_if_listed(self, Block::Main, blocks)
-    }
-
     /// See [`super::Network::describe`].
     pub(super) fn describe(&self, table: &mut LayerTable) {
         self.entry.describe("conv1", table);
@@ -132,15 +118,5 @@ impl R50FNetwork {
         table.add("dense", [self.neurons.bias.dims()[0], 1, 1], cost(&self.neurons));
         let maps = [R50FConfig::MAPS, CANONICAL_HEIGHT, CANONICAL_WIDTH];
         table.add("dense", maps, cost(&self.maps));
-    }
-}
-
-impl Fold for R50FNetwork {
-    fn fold(self) -> Self {
-        folded!(
-            self,
-            [entry, encode2, encode3, encode4, encode5],
-            [neurons, maps, config]
-        )
     }
 }

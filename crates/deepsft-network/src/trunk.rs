@@ -1,12 +1,11 @@
 //! A network that begins with the trunk of another one: what sees edges and shapes is learnt already.
 
 use super::any_network::Network;
-use super::compact::VARIANCE_FLOOR;
+use super::convolution_layer::VARIANCE_FLOOR;
 use crate::error::NetworkError;
-use burn::module::{Module, ModuleMapper, Param};
-use burn::tensor::{Distribution, Tensor, TensorData};
-use deepsft_inference::Weights;
-use std::collections::HashSet;
+use burn::module::Module;
+use burn::tensor::{Distribution, Tensor};
+use deepsft_inference::{WeightArray, Weights};
 
 /// Heads of the main block, which read one template's positions off the trunk's features.
 const HEADS: [&str; 2] = ["main.bins.", "main.offset."];
@@ -36,23 +35,21 @@ impl Network {
             file: file.to_owned(),
             reason,
         };
-        let compact = self.as_compact();
-        let Some(device) = compact.and_then(|compact| compact.devices().into_iter().next()) else {
+        let Some(device) = self
+            .as_compact()
+            .and_then(|compact| compact.devices().into_iter().next())
+        else {
             return Err(refused("only a compact network can begin with a trunk".to_owned()));
         };
-        let mut unfolding = Unfolding::new(weights);
-        let begun = self.map(&mut unfolding);
-        unfolding.refuse_what_is_left();
-        if let Some(problem) = unfolding.problem {
-            return Err(refused(problem));
-        }
-        if !unfolding.has_gains {
+        let own = self.weights();
+        if !own.contains_key("main.patch.gain") {
             return Err(refused("a folded network cannot begin with a trunk".to_owned()));
         }
+        let begun = self.loaded(&unfolded(&own, weights, 1.0).map_err(refused)?).0;
         let noise = Tensor::random([1, 3, NOISE_PX, NOISE_PX], Distribution::Uniform(0.0, 1.0), &device);
         let size = begun.as_compact().map(|compact| compact.feature_size(noise));
-        unfolding.scale = FEATURE_SIZE / size.unwrap_or_default().max(f32::MIN_POSITIVE);
-        Ok(begun.map(&mut unfolding))
+        let scale = FEATURE_SIZE / size.unwrap_or_default().max(f32::MIN_POSITIVE);
+        Ok(begun.loaded(&unfolded(&own, weights, scale).map_err(refused)?).0)
     }
 }
 
@@ -60,53 +57,14 @@ fn of_trunk(path: &str) -> bool {
     path.starts_with("main.") && !HEADS.iter().any(|head| path.starts_with(head))
 }
 
-/// Puts folded weights into the trunk of a network.
-struct Unfolding<'a> {
-    path: Vec<String>,
-    folded: &'a Weights,
-    /// What the features are multiplied by.
-    scale: f32,
-    /// Whether a gain was met: a folded network has none.
-    has_gains: bool,
-    /// The first weights that do not fit.
-    problem: Option<String>,
-    /// Paths of the folded weights that have a place in the network.
-    placed: HashSet<String>,
-}
-
-impl<'a> Unfolding<'a> {
-    fn new(folded: &'a Weights) -> Self {
-        Self {
-            path: Vec::new(),
-            folded,
-            scale: 1.0,
-            has_gains: false,
-            problem: None,
-            placed: HashSet::new(),
-        }
-    }
-
-    /// A deeper trunk is another function.
-    fn refuse_what_is_left(&mut self) {
-        let left = self
-            .folded
-            .keys()
-            .find(|path| of_trunk(path) && !self.placed.contains(*path));
-        let problem = left.map(|path| format!("its {path} has no place in this network"));
-        self.problem = self.problem.take().or(problem);
-    }
-
-    /// The values of the weights at `path`, which have the shape `shape`.
-    fn values(&mut self, path: &str, shape: &[usize]) -> Result<Vec<f32>, String> {
-        let layer = path.trim_end_matches("gain");
-        let stored_path = if layer == path {
-            path.to_owned()
-        } else {
-            format!("{layer}weight")
-        };
-        let stored = self.folded.get(&stored_path);
+/// The weights `own` with those of another trunk, which are folded, in place of the trunk's; its features are multiplied by `scale`.
+fn unfolded(own: &Weights, folded: &Weights, scale: f32) -> Result<Weights, String> {
+    let mut weights = own.clone();
+    for (path, WeightArray { shape, values }) in weights.iter_mut().filter(|(path, _)| of_trunk(path)) {
+        let layer = path.strip_suffix("gain");
+        let stored_path = layer.map_or_else(|| path.clone(), |layer| format!("{layer}weight"));
+        let stored = folded.get(&stored_path);
         let stored = stored.ok_or_else(|| format!("it has no {stored_path}, as the trunk of a compact network has"))?;
-        self.placed.insert(stored_path.clone());
         // A gain is one number for each filter.
         if stored.shape[..shape.len().min(stored.shape.len())] != *shape {
             let theirs = &stored.shape;
@@ -114,17 +72,16 @@ impl<'a> Unfolding<'a> {
                 "its {stored_path} has the shape {theirs:?}, this network's has {shape:?}"
             ));
         }
-        let mut values = stored.values.clone();
+        values.clone_from(&stored.values);
         if path.ends_with("bias") {
             // What leaves a layer is scaled, from the first layer behind the patches on. relu keeps factors.
-            let scale = if path == "main.patch.bias" { 1.0 } else { self.scale };
-            return Ok(values.into_iter().map(|value| scale * value).collect());
+            let scale = if path == "main.patch.bias" { 1.0 } else { scale };
+            values.iter_mut().for_each(|value| *value *= scale);
+            continue;
         }
-        let filters = shape[0].max(1);
-        let fan_in = values.len() / filters;
-        let scale = if path == "main.down8.gain" { self.scale } else { 1.0 };
-        let mut gains = Vec::with_capacity(filters);
-        for filter in values.chunks_mut(fan_in.max(1)) {
+        let scale = if path == "main.down8.gain" { scale } else { 1.0 };
+        let mut gains = Vec::new();
+        for filter in values.chunks_mut((stored.values.len() / shape[0].max(1)).max(1)) {
             let mean = filter.iter().sum::<f32>() / filter.len() as f32;
             filter.iter_mut().for_each(|value| *value -= mean);
             let length = filter.iter().map(|value| value * value).sum::<f32>().sqrt();
@@ -133,36 +90,14 @@ impl<'a> Unfolding<'a> {
                 .for_each(|value| *value /= length.max(f32::MIN_POSITIVE));
             gains.push(scale * length * (1.0 + VARIANCE_FLOOR as f32).sqrt());
         }
-        Ok(if layer == path { values } else { gains })
-    }
-}
-
-impl ModuleMapper for Unfolding<'_> {
-    fn enter_module(&mut self, name: &str, _container: &str) {
-        self.path.push(name.to_owned());
-    }
-
-    fn exit_module(&mut self, _name: &str, _container: &str) {
-        self.path.pop();
-    }
-
-    fn map_float<const D: usize>(&mut self, param: Param<Tensor<D>>) -> Param<Tensor<D>> {
-        let path = self.path.join(".");
-        if self.problem.is_some() || !of_trunk(&path) {
-            return param;
+        if layer.is_some() {
+            *values = gains;
         }
-        self.has_gains |= path.ends_with(".gain");
-        let (id, shape, device) = (param.id, param.val().dims(), param.val().device());
-        match self.values(&path, &shape) {
-            Ok(values) => {
-                let tensor = Tensor::from_data(TensorData::new(values, shape), &device);
-                param.transform_for_load(tensor, id)
-            }
-            Err(problem) => {
-                self.problem = Some(problem);
-                param
-            }
-        }
+    }
+    // A deeper trunk is another function.
+    match folded.keys().find(|path| of_trunk(path) && !own.contains_key(*path)) {
+        Some(left) => Err(format!("its {left} has no place in this network")),
+        None => Ok(weights),
     }
 }
 
@@ -170,6 +105,7 @@ impl ModuleMapper for Unfolding<'_> {
 mod tests {
     use super::*;
     use crate::DescriptorNetwork;
+    use burn::module::{ModuleMapper, Param};
     use burn::tensor::Device;
     use deepsft_geometry::training_camera;
     use deepsft_inference::{Architecture, CompactConfig, NetworkConfig, R50FConfig};
@@ -262,12 +198,12 @@ mod tests {
             )
         };
         for (network, weights, part) in [
-            (network(), Weights::new(), "no main.patch.weight"),
-            (network(), weights(r50f()), "no main.patch.weight"),
+            (network(), Weights::new(), "no main.decode16.first.bias"),
+            (network(), weights(r50f()), "no main.decode16.first.bias"),
             (
                 network(),
                 weights(Network::new(&config([8, 12, 16, 24], 2), &device)),
-                "main.down32.weight has the shape [24, 16, 3, 3]",
+                "main.down32.bias has the shape [24]",
             ),
             (
                 network(),

@@ -3,7 +3,7 @@
 use super::cells::{LinearSample, PIXELS_PER_CELL, cells, upsampled};
 use super::patches::PATCH;
 use crate::config::NetworkConfig;
-use crate::cpu::{Partition, in_parallel, with_team};
+use crate::cpu::{Chunks, in_parallel, with_team};
 use crate::stage::Stage;
 use deepsft_geometry::{GeometryError, Maps, OUTSIDE, check_size};
 use pulp::{Arch, Simd, WithSimd};
@@ -13,7 +13,7 @@ const SEAM_JUMP: f32 = 0.12;
 
 /// (u, v, depth) of an image's cells, on whichever device the network ran.
 #[derive(Debug)]
-pub(super) struct CellMaps {
+pub(crate) struct CellMaps {
     image: [usize; 2],
     seams: bool,
     near_mm: f32,
@@ -39,7 +39,7 @@ struct PixelRow {
 
 impl CellMaps {
     /// `threads` will read.
-    pub(super) fn new(image: [usize; 2], config: &NetworkConfig, threads: usize) -> Self {
+    pub(crate) fn new(image: [usize; 2], config: &NetworkConfig, threads: usize) -> Self {
         let [rows, columns] = cells(image);
         let three = |length: usize| [(); 3].map(|()| vec![0.0; length]);
         let range = config.depth_range;
@@ -59,8 +59,18 @@ impl CellMaps {
         }
     }
 
+    /// Takes on what a GPU found: of each cell u, v and d, and a fourth number.
+    #[cfg(feature = "webgpu")]
+    pub(crate) fn set(&mut self, main: &[f32], refined: &[f32]) {
+        for (maps, quads) in [(&mut self.main, main), (&mut self.refined, refined)] {
+            for (cell, quad) in quads.chunks_exact(4).enumerate() {
+                maps.iter_mut().zip(quad).for_each(|(map, &value)| map[cell] = value);
+            }
+        }
+    }
+
     /// (u, v, d) of all cells of 8 pixels, d in normalised log depth: row after row.
-    pub(super) fn cells(&self, stage: Stage) -> [&[f32]; 3] {
+    pub(crate) fn cells(&self, stage: Stage) -> [&[f32]; 3] {
         let ([u, v, d], [fine_u, fine_v, fine_d]) = (&self.main, &self.refined);
         match stage {
             Stage::Main => [u, v, d],
@@ -70,7 +80,7 @@ impl CellMaps {
     }
 
     /// The patch of a pixel, and which of its logits is the pixel's.
-    pub(super) fn index_in_mask(&self, x: usize, y: usize) -> (usize, usize) {
+    pub(crate) fn index_in_mask(&self, x: usize, y: usize) -> (usize, usize) {
         let columns = self.pixels_from_cells[1].len() / PATCH;
         (y / PATCH * columns + x / PATCH, y % PATCH * PATCH + x % PATCH)
     }
@@ -80,7 +90,7 @@ impl CellMaps {
     ///
     /// # Errors
     /// [`GeometryError::MapSize`] when `maps` or `seen` have another size than the image.
-    pub(super) fn read(
+    pub(crate) fn read(
         &mut self,
         stage: Stage,
         seen: Option<&[bool]>,
@@ -99,18 +109,11 @@ impl CellMaps {
         };
         let is_seen = |x, y| seen.map_or_else(|| in_mask(x, y), |seen| seen[y * width + x]);
         let (depth, registration) = maps.parts_mut();
-        let out = MapRows {
-            depth,
-            registration,
-            width,
-        };
+        let out = (Chunks::whole(depth, width), Chunks::whole(registration, width));
         let (cell_maps, arch, cells) = (&*self, Arch::new(), self.cells(stage));
         with_team(lines.len(), || {
-            in_parallel(&mut lines, 0..height, out, &|line, rows, out| {
-                let rows_out = out
-                    .depth
-                    .chunks_exact_mut(width)
-                    .zip(out.registration.chunks_exact_mut(width));
+            in_parallel(&mut lines, 0..height, out, &|line, rows, (depth, registration)| {
+                let rows_out = (depth.values.chunks_exact_mut(width)).zip(registration.values.chunks_exact_mut(width));
                 for (y, (depth, registration)) in rows.zip(rows_out) {
                     arch.dispatch(InterpolatedRow {
                         maps: cell_maps,
@@ -140,32 +143,6 @@ impl CellMaps {
             return [cells[0][cell], cells[1][cell]];
         }
         [line.pixels[0][x], line.pixels[1][x]]
-    }
-}
-
-/// Rows of maps that are written.
-struct MapRows<'a> {
-    depth: &'a mut [f32],
-    registration: &'a mut [[f32; 2]],
-    width: usize,
-}
-
-impl Partition for MapRows<'_> {
-    fn split(self, rows: usize) -> [Self; 2] {
-        let Self {
-            depth,
-            registration,
-            width,
-        } = self;
-        let (depths, registrations) = (
-            depth.split_at_mut(rows * width),
-            registration.split_at_mut(rows * width),
-        );
-        [(depths.0, registrations.0), (depths.1, registrations.1)].map(|(depth, registration)| Self {
-            depth,
-            registration,
-            width,
-        })
     }
 }
 

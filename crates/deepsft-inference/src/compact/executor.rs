@@ -6,20 +6,18 @@ use super::depths::{DepthMeasure, MEASURED, departures, weighed};
 use super::network::CompactPlan;
 use super::patches::{PATCH, write_patches};
 use crate::config::NetworkConfig;
-use crate::cpu::{CpuPlan, with_team};
+use crate::cpu::CpuPlan;
 use crate::plan::PlanError;
 use crate::stage::Stage;
 use crate::weights::Weights;
-use deepsft_geometry::{GeometryError, ImageSize, Maps, Picture, check_size};
+use deepsft_geometry::{GeometryError, Maps, Picture};
 use pulp::Arch;
 
-/// A compact network on the processor, for images of one size. On one thread it allocates nothing after it was made.
+/// What the compact network computes around its plan on the processor, for images of one size.
 #[derive(Debug)]
-pub(crate) struct CompactExecutor {
+pub(crate) struct CompactFrame {
     network: CompactPlan,
-    cpu: CpuPlan,
     arch: Arch,
-    image: [usize; 2],
     measure: DepthMeasure,
     /// Probability that a cell shows the object.
     seen: Vec<f32>,
@@ -31,22 +29,19 @@ pub(crate) struct CompactExecutor {
     cells_from_bins: [Vec<LinearSample>; 2],
 }
 
-impl CompactExecutor {
-    /// # Errors
-    /// [`PlanError`] when `weights` are not those of `config`, when that is of another architecture, for an image without
-    /// pixels, and for fewer than 2 bins.
+impl CompactFrame {
+    /// The plan, and what is computed around it.
     pub(crate) fn new(
         config: &NetworkConfig,
-        image: ImageSize,
+        image: [usize; 2],
         weights: &Weights,
         threads: usize,
-    ) -> Result<Self, PlanError> {
-        let image = [image.width, image.height];
+    ) -> Result<(CpuPlan, Self), PlanError> {
         let mut network = CompactPlan::new(image, config, weights)?;
         let kept = [&[network.bins, network.offset, network.mask][..], &network.corrections].concat();
         let cpu = CpuPlan::new(std::mem::take(&mut network.plan), &kept, threads);
         let [rows, columns] = cells(image);
-        Ok(Self {
+        let frame = Self {
             measure: DepthMeasure::new(image, config),
             seen: vec![0.0; rows * columns],
             measured: vec![[0.0; MEASURED]; rows * columns],
@@ -55,31 +50,22 @@ impl CompactExecutor {
             cells_from_bins: [rows / 2, columns / 2].map(|length| upsampled(length, 2)),
             arch: Arch::new(),
             network,
-            cpu,
-            image,
-        })
+        };
+        Ok((cpu, frame))
     }
 
-    /// See [`crate::Executor::run`].
-    pub(crate) fn run(&mut self, image: &Picture) -> Result<(), GeometryError> {
-        let [width, height] = self.image;
-        check_size(image.size(), (width, height))?;
-        with_team(self.cpu.threads(), || self.run_through(image));
-        Ok(())
-    }
-
-    fn run_through(&mut self, image: &Picture) {
-        write_patches(&mut self.cpu, self.network.image, image);
+    /// Takes an image of the right size through the network.
+    pub(crate) fn run(&mut self, cpu: &mut CpuPlan, image: &Picture) {
+        write_patches(cpu, self.network.image, image);
         let [depth, registration] = self.network.marks;
-        self.cpu.run(0..depth);
-        self.read_main();
-        self.write_cues(0);
-        self.cpu.run(depth..registration);
-        self.refine_depth();
-        self.write_cues(1);
-        let last = self.cpu.steps();
-        self.cpu.run(registration..last);
-        self.refine_registration();
+        cpu.run(0..depth);
+        self.read_main(cpu);
+        self.write_cues(cpu, 0);
+        cpu.run(depth..registration);
+        self.refine_depth(cpu);
+        self.write_cues(cpu, 1);
+        cpu.run(registration..cpu.steps());
+        self.refine_registration(cpu);
     }
 
     /// See [`crate::Executor::cells`].
@@ -88,21 +74,27 @@ impl CompactExecutor {
     }
 
     /// See [`crate::Executor::mask_logit`].
-    pub(crate) fn mask_logit(&self, x: usize, y: usize) -> f32 {
+    pub(crate) fn mask_logit(&self, cpu: &CpuPlan, x: usize, y: usize) -> f32 {
         let (patch, within) = self.cell_maps.index_in_mask(x, y);
-        self.cpu.values(self.network.mask)[patch * self.cpu.pitch(self.network.mask) + within]
+        cpu.values(self.network.mask)[patch * cpu.pitch(self.network.mask) + within]
     }
 
     /// See [`crate::Executor::read`].
-    pub(crate) fn read(&mut self, stage: Stage, seen: Option<&[bool]>, maps: &mut Maps) -> Result<(), GeometryError> {
-        let (logits, pitch) = (self.cpu.values(self.network.mask), self.cpu.pitch(self.network.mask));
+    pub(crate) fn read(
+        &mut self,
+        cpu: &CpuPlan,
+        stage: Stage,
+        seen: Option<&[bool]>,
+        maps: &mut Maps,
+    ) -> Result<(), GeometryError> {
+        let (logits, pitch) = (cpu.values(self.network.mask), cpu.pitch(self.network.mask));
         self.cell_maps
             .read(stage, seen, |patch, within| logits[patch * pitch + within], maps)
     }
 
     /// Coordinates of cells from bins and offsets, and how much the mask shows of each.
-    fn read_main(&mut self) {
-        let (cpu, network) = (&self.cpu, &self.network);
+    fn read_main(&mut self, cpu: &CpuPlan) {
+        let network = &self.network;
         let (logits, pitch) = (cpu.values(network.bins), cpu.pitch(network.bins));
         let mut first = 0;
         for (coarse, bins) in self.coarse.iter_mut().zip(self.network.layers.bins) {
@@ -143,9 +135,9 @@ impl CompactExecutor {
     }
 
     /// The cues of the depth refinement (0) or the registration refinement (1), which reads the refined depth.
-    fn write_cues(&mut self, block: usize) {
-        let pitch = self.cpu.pitch(self.network.cues[block]);
-        let values = self.cpu.values_mut(self.network.cues[block]);
+    fn write_cues(&self, cpu: &mut CpuPlan, block: usize) {
+        let pitch = cpu.pitch(self.network.cues[block]);
+        let values = cpu.values_mut(self.network.cues[block]);
         let depth = if block == 0 {
             &self.cell_maps.main[2]
         } else {
@@ -157,9 +149,9 @@ impl CompactExecutor {
         }
     }
 
-    fn refine_depth(&mut self) {
+    fn refine_depth(&mut self, cpu: &CpuPlan) {
         let map = self.network.corrections[0];
-        let (said, pitch) = (self.cpu.values(map), self.cpu.pitch(map));
+        let (said, pitch) = (cpu.values(map), cpu.pitch(map));
         for (cell, depth) in self.cell_maps.refined[2].iter_mut().enumerate() {
             let said = &said[cell * pitch..][..4];
             let [_, _, narrow, wide] = self.measured[cell];
@@ -167,9 +159,9 @@ impl CompactExecutor {
         }
     }
 
-    fn refine_registration(&mut self) {
+    fn refine_registration(&mut self, cpu: &CpuPlan) {
         let map = self.network.corrections[1];
-        let (said, pitch) = (self.cpu.values(map), self.cpu.pitch(map));
+        let (said, pitch) = (cpu.values(map), cpu.pitch(map));
         for k in 0..2 {
             for (cell, refined) in self.cell_maps.refined[k].iter_mut().enumerate() {
                 *refined = self.cell_maps.main[k][cell] + said[cell * pitch + k];

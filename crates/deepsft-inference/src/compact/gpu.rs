@@ -1,6 +1,5 @@
 //! The compact network on a GPU.
 
-use super::cell_maps::CellMaps;
 use super::cells::cells;
 use super::depths::{MOMENTS, REACHES, gaussian};
 use super::network::CompactPlan;
@@ -9,20 +8,9 @@ use crate::config::NetworkConfig;
 use crate::gpu::shader::Shader;
 use crate::gpu::{FramePart, FramePipeline, Gpu, GpuError, GpuPlan, Kernel};
 use crate::plan::{Convolution, Filters, LayerInput, MapId, MapShape, Plan, PlanError};
-use crate::stage::Stage;
 use crate::weights::Weights;
-use deepsft_geometry::{GeometryError, ImageSize, Maps, Picture};
 use std::ops::Range;
 use wgpu::Buffer;
-
-/// A compact network on a GPU, for images of one size. A frame is one list of work; only cells and the mask come back.
-#[derive(Debug)]
-pub(crate) struct CompactGpuExecutor {
-    pipeline: FramePipeline,
-    cell_maps: CellMaps,
-    /// Logits of the mask: [quad, patch, 4].
-    logits: Vec<f32>,
-}
 
 /// Steps of a plan that average moments under the windows: down the columns, and across for each reach.
 struct Windows {
@@ -68,111 +56,67 @@ impl Windows {
     }
 }
 
-impl CompactGpuExecutor {
-    /// # Errors
-    /// [`GpuError::Plan`] when `weights` are not those of `config`, when that is of another architecture, for an image without
-    /// pixels, and for fewer than 2 bins; others when the GPU failed before.
-    pub(crate) fn new(
-        gpu: &Gpu,
-        config: &NetworkConfig,
-        image: ImageSize,
-        weights: &Weights,
-    ) -> Result<Self, GpuError> {
-        let image = [image.width, image.height];
-        gpu.check()?;
-        let mut network = CompactPlan::new(image, config, weights)?;
-        let mut plan = std::mem::take(&mut network.plan);
-        let last = plan.steps();
-        let [rows, columns] = cells(image);
-        let windows = if network.layers.seams {
-            None
-        } else {
-            Some(Windows::new(&mut plan, [rows, columns])?)
-        };
-        let mut kept = [&[network.bins, network.offset, network.mask][..], &network.corrections].concat();
-        kept.extend(windows.iter().flat_map(|w| [w.down, w.means[0], w.means[1]]));
-        let plan = GpuPlan::new(gpu, plan, &kept);
+/// A compact network on a GPU, for images of one size. A frame is one list of work; what comes back are u, v and d of cells, the
+/// refined ones, each in a quad, and the mask's logits: [quad, patch, 4].
+pub(crate) fn compact_pipeline(
+    gpu: &Gpu,
+    config: &NetworkConfig,
+    image: [usize; 2],
+    weights: &Weights,
+) -> Result<FramePipeline, GpuError> {
+    let mut network = CompactPlan::new(image, config, weights)?;
+    let mut plan = std::mem::take(&mut network.plan);
+    let last = plan.steps();
+    let [rows, columns] = cells(image);
+    let windows = if network.layers.seams {
+        None
+    } else {
+        Some(Windows::new(&mut plan, [rows, columns])?)
+    };
+    let mut kept = [&[network.bins, network.offset, network.mask][..], &network.corrections].concat();
+    kept.extend(windows.iter().flat_map(|w| [w.down, w.means[0], w.means[1]]));
+    let plan = GpuPlan::new(gpu, plan, &kept);
 
-        let count = rows * columns;
-        let (pixels, coarse) = (FramePipeline::pixels(gpu, image), gpu.zeros(count));
-        let [found, refined, measured] = [(); 3].map(|()| gpu.zeros(4 * count));
-        let frame = FrameKernels {
-            gpu,
-            network: &network,
-            plan: &plan,
-            constants: shaders::constants(config),
-            cells: [rows, columns],
-            found: &found,
-            refined: &refined,
-            measured: &measured,
-        };
-        let [depth, registration] = network.marks;
-        let mut work = vec![
-            FramePart::Kernel(frame.patches(image, &pixels)),
-            FramePart::Steps(0..depth),
-            FramePart::Kernel(frame.positions(&coarse)),
-            FramePart::Kernel(frame.cells(&coarse, windows.as_ref())),
-        ];
-        if let Some(windows) = &windows {
-            work.extend([
-                FramePart::Steps(windows.down_steps.clone()),
-                FramePart::Kernel(frame.turn(windows)),
-                FramePart::Steps(windows.across_steps.clone()),
-            ]);
-        }
+    let count = rows * columns;
+    let (pixels, coarse) = (FramePipeline::pixels(gpu, image), gpu.zeros(count));
+    let [found, refined, measured] = [(); 3].map(|()| gpu.zeros(4 * count));
+    let frame = FrameKernels {
+        gpu,
+        network: &network,
+        plan: &plan,
+        constants: shaders::constants(config),
+        cells: [rows, columns],
+        found: &found,
+        refined: &refined,
+        measured: &measured,
+    };
+    let [depth, registration] = network.marks;
+    let mut work = vec![
+        FramePart::Kernel(frame.patches(image, &pixels)),
+        FramePart::Steps(0..depth),
+        FramePart::Kernel(frame.positions(&coarse)),
+        FramePart::Kernel(frame.cells(&coarse, windows.as_ref())),
+    ];
+    if let Some(windows) = &windows {
         work.extend([
-            FramePart::Kernel(frame.measure(windows.as_ref())),
-            FramePart::Steps(depth..registration),
-            FramePart::Kernel(frame.refine_depth()),
-            FramePart::Steps(registration..last),
-            FramePart::Kernel(frame.refine_registration()),
+            FramePart::Steps(windows.down_steps.clone()),
+            FramePart::Kernel(frame.turn(windows)),
+            FramePart::Steps(windows.across_steps.clone()),
         ]);
-        let mask = plan.buffer(network.mask).clone();
-        Ok(Self {
-            pipeline: FramePipeline::new(gpu, plan, work, (image, pixels), vec![found, refined, mask]),
-            cell_maps: CellMaps::new(image, config, 1),
-            logits: vec![0.0; 4 * count * 16],
-        })
     }
-
-    /// See [`crate::GpuExecutor::run`].
-    pub(crate) async fn run(&mut self, image: &Picture) -> Result<(), GpuError> {
-        let (cell_maps, logits) = (&mut self.cell_maps, &mut self.logits);
-        let read = |values: &mut dyn Iterator<Item = f32>| {
-            for maps in [&mut cell_maps.main, &mut cell_maps.refined] {
-                for cell in 0..maps[0].len() {
-                    for map in maps.iter_mut() {
-                        map[cell] = values.next().unwrap_or_default();
-                    }
-                    values.next();
-                }
-            }
-            logits.iter_mut().zip(values).for_each(|(logit, value)| *logit = value);
-        };
-        self.pipeline.run(image, read).await
-    }
-
-    /// See [`crate::GpuExecutor::cells`].
-    pub(crate) fn cells(&self, stage: Stage) -> [&[f32]; 3] {
-        self.cell_maps.cells(stage)
-    }
-
-    /// See [`crate::GpuExecutor::mask_logit`].
-    pub(crate) fn mask_logit(&self, x: usize, y: usize) -> f32 {
-        let (patch, within) = self.cell_maps.index_in_mask(x, y);
-        logit(&self.logits, patch, within)
-    }
-
-    /// See [`crate::GpuExecutor::read`].
-    pub(crate) fn read(&mut self, stage: Stage, seen: Option<&[bool]>, maps: &mut Maps) -> Result<(), GeometryError> {
-        let logits = &self.logits;
-        self.cell_maps
-            .read(stage, seen, |patch, within| logit(logits, patch, within), maps)
-    }
+    work.extend([
+        FramePart::Kernel(frame.measure(windows.as_ref())),
+        FramePart::Steps(depth..registration),
+        FramePart::Kernel(frame.refine_depth()),
+        FramePart::Steps(registration..last),
+        FramePart::Kernel(frame.refine_registration()),
+    ]);
+    let results = vec![found, refined, plan.buffer(network.mask).clone()];
+    Ok(FramePipeline::new(gpu, plan, work, (image, pixels), results))
 }
 
-/// One of the 16 logits of a patch.
-fn logit(logits: &[f32], patch: usize, within: usize) -> f32 {
+/// One of the 16 logits of a patch that came back.
+pub(crate) fn logit(logits: &[f32], patch: usize, within: usize) -> f32 {
     logits[within / 4 * (logits.len() / 4) + 4 * patch + within % 4]
 }
 

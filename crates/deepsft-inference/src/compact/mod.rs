@@ -12,8 +12,10 @@ mod patches;
 #[cfg(feature = "webgpu")]
 mod shaders;
 
-pub use descriptors::{DESCRIPTOR_LENGTH, DescriptorExecutor, DescriptorSimilarities};
-pub(crate) use executor::CompactExecutor;
 #[cfg(feature = "webgpu")]
-pub(crate) use gpu::CompactGpuExecutor;
+pub(crate) use cell_maps::CellMaps;
+pub use descriptors::{DESCRIPTOR_LENGTH, DescriptorExecutor, DescriptorSimilarities};
+pub(crate) use executor::CompactFrame;
+#[cfg(feature = "webgpu")]
+pub(crate) use gpu::{compact_pipeline, logit};
 pub(crate) use network::CompactPlan;

@@ -1,14 +1,9 @@
 //! Descriptions of networks: architecture, template, camera and range of depths.
 
-mod compact_config;
+mod architecture;
 mod depth_range;
-mod limits;
 mod network_config;
-mod paper_config;
-mod r50f_config;
 
-pub use compact_config::CompactConfig;
+pub use architecture::{Architecture, CompactConfig, PaperConfig, R50FConfig};
 pub use depth_range::DepthRange;
-pub use network_config::{Architecture, NetworkConfig};
-pub use paper_config::PaperConfig;
-pub use r50f_config::R50FConfig;
+pub use network_config::NetworkConfig;

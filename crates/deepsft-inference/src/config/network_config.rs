@@ -1,55 +1,13 @@
 //! What a network is built from: its architecture and the images and depths it is for.
 
-use super::compact_config::CompactConfig;
+use super::architecture::{Architecture, CompactConfig, PaperConfig, R50FConfig};
 use super::depth_range::DepthRange;
-use super::paper_config::PaperConfig;
-use super::r50f_config::R50FConfig;
 use crate::plan::PlanError;
-use crate::stage::Stage;
 use deepsft_geometry::{Camera, Template};
 use serde::{Deserialize, Serialize};
 
 /// Relative difference by which a length may change when it is written as text and read again.
 const ROUNDING: f64 = 1e-6;
-
-/// The architecture of a network, with its layers.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "architecture", rename_all = "lowercase")]
-pub enum Architecture {
-    /// The network that ships: the paper's structure with a 67th of its parameters and a 250th of its operations.
-    Compact(CompactConfig),
-    /// The paper's network.
-    Paper(PaperConfig),
-    /// The method the paper compares itself with first: a ResNet-50 with dense layers.
-    R50F(R50FConfig),
-}
-
-impl Architecture {
-    /// Returns its name in a `model.json`.
-    pub fn name(&self) -> &'static str {
-        match self {
-            Self::Compact(_) => "compact",
-            Self::Paper(_) => "paper",
-            Self::R50F(_) => "r50f",
-        }
-    }
-
-    /// Returns the stages at which maps can be read, in their order; the last is the answer. R50F has no refinement blocks.
-    pub fn stages(&self) -> &'static [Stage] {
-        match self {
-            Self::R50F(_) => &[Stage::Main],
-            Self::Compact(_) | Self::Paper(_) => &[Stage::Main, Stage::DepthRefinement, Stage::RegistrationRefinement],
-        }
-    }
-
-    fn check(&self) -> Result<(), String> {
-        match self {
-            Self::Compact(shape) => shape.check(),
-            Self::Paper(shape) => shape.check(),
-            Self::R50F(shape) => shape.check(),
-        }
-    }
-}
 
 /// Describes everything that is needed to build a network again from its weights.
 ///

@@ -21,7 +21,7 @@ enum Layer {
 /// A plan with packed filters and the memory of its maps. On one thread it runs without allocating; queues of several allocate now and
 /// then.
 #[derive(Debug)]
-pub struct CpuPlan {
+pub(crate) struct CpuPlan {
     arch: Arch,
     shapes: Vec<MapShape>,
     /// The buffer of each map; maps that are not needed at the same time share one.
@@ -36,7 +36,7 @@ pub struct CpuPlan {
 impl CpuPlan {
     /// Packs `plan` for this processor and `threads` threads (at most 8). The maps `kept` can be read after the last step, as can those
     /// that the caller writes; the others may be overwritten by then.
-    pub fn new(plan: Plan, kept: &[MapId], threads: usize) -> Self {
+    pub(crate) fn new(plan: Plan, kept: &[MapId], threads: usize) -> Self {
         Self::with_arch(Arch::new(), plan, kept, threads)
     }
 
@@ -78,19 +78,19 @@ impl CpuPlan {
         }
     }
 
-    /// Returns the size of a map.
-    pub fn shape(&self, map: MapId) -> MapShape {
+    /// Size of a map.
+    pub(crate) fn shape(&self, map: MapId) -> MapShape {
         self.shapes[map.0]
     }
 
-    /// Returns the count of values per position in [`CpuPlan::values`]: the channels, padded.
-    pub fn pitch(&self, map: MapId) -> usize {
+    /// Values of a position in [`CpuPlan::values`]: the channels, padded.
+    pub(crate) fn pitch(&self, map: MapId) -> usize {
         padded_channels(self.shapes[map.0].channels)
     }
 
-    /// Returns a map that the caller wrote or had kept; others may have been overwritten. Rows of positions, the channels of a position
+    /// A map that the caller wrote or had kept; others may have been overwritten. Rows of positions, the channels of a position
     /// side by side and padded.
-    pub fn values(&self, map: MapId) -> &[f32] {
+    pub(crate) fn values(&self, map: MapId) -> &[f32] {
         &self.buffers[self.slots[map.0]].values()[..self.length(map)]
     }
 
@@ -98,27 +98,24 @@ impl CpuPlan {
         self.shapes[map.0].area() * self.pitch(map)
     }
 
-    /// Returns a map to write. The padding of channels is zero and has to stay so.
-    pub fn values_mut(&mut self, map: MapId) -> &mut [f32] {
+    /// A map to write. The padding of channels is zero and has to stay so.
+    pub(crate) fn values_mut(&mut self, map: MapId) -> &mut [f32] {
         let length = self.length(map);
         &mut self.buffers[self.slots[map.0]].values_mut()[..length]
     }
 
-    /// Returns the number of threads.
-    pub fn threads(&self) -> usize {
+    /// Number of threads.
+    pub(crate) fn threads(&self) -> usize {
         self.scratches.len()
     }
 
-    /// Returns the number of steps.
-    pub fn steps(&self) -> usize {
+    /// Number of steps.
+    pub(crate) fn steps(&self) -> usize {
         self.layers.len()
     }
 
     /// Runs the steps `steps`.
-    ///
-    /// # Panics
-    /// When the plan has fewer steps.
-    pub fn run(&mut self, steps: Range<usize>) {
+    pub(crate) fn run(&mut self, steps: Range<usize>) {
         with_team(self.threads(), || steps.for_each(|step| self.run_step(step)));
     }
 

@@ -104,6 +104,6 @@ pub(crate) fn input_channels(convolution: &Convolution, shapes: &[MapShape]) -> 
 
 /// Loads the vector of `values` from `at` on.
 #[inline(always)]
-pub(crate) fn vector<S: Simd>(values: &[f32], at: usize) -> S::f32s {
+pub fn vector<S: Simd>(values: &[f32], at: usize) -> S::f32s {
     S::as_simd_f32s(&values[at..at + S::F32_LANES]).0[0]
 }

@@ -11,9 +11,9 @@ mod pool;
 mod team;
 mod winograd;
 
-pub use cpu_plan::CpuPlan;
+pub(crate) use cpu_plan::CpuPlan;
 pub use team::available_threads;
-pub(crate) use team::{Chunks, MAX_THREADS, Partition, in_parallel, with_team};
+pub(crate) use team::{Chunks, MAX_THREADS, in_parallel, with_team};
+pub use winograd::{InputLines, LineTransform, OutputLines, both_ways, plus};
 #[cfg(feature = "webgpu")]
 pub(crate) use winograd::{POINTS, READ, TILE, filter_transform};
-pub use winograd::{winograd_input_transform, winograd_output_transform};

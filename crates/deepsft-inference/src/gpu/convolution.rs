@@ -6,12 +6,12 @@
 
 use super::device::Gpu;
 use super::shader::{
-    GpuMap, Kernel, Shader, ShaderInput, ShaderSkip, as_f32, is_whole, packed_at, position_read, quads, rectified,
-    skip_term, stored,
+    GpuMap, Kernel, Shader, ShaderInput, ShaderSkip, as_f32, is_whole, position_read, quads, rectified, skip_term,
+    stored,
 };
 use super::winograd::{input_transform, output_transform};
 use crate::cpu::{POINTS, TILE, filter_transform};
-use crate::plan::{Convolution, DenseLayer, Filters, LayerInput, MapShape};
+use crate::plan::{Convolution, Filters, LayerInput, MapShape};
 use std::fmt::Write;
 use wgpu::Buffer;
 
@@ -85,32 +85,6 @@ pub(super) fn kernels(
         product.kernel(gpu, &convolution.filters, &channels_padded(&inputs)),
         output_transform(gpu, convolution, sums, skip, output, columns),
     ]
-}
-
-/// The kernel of a dense layer: a convolution of one position whose channels are all values of the map.
-pub(super) fn dense(gpu: &Gpu, dense: &DenseLayer, view: GpuMap<'_>, output: GpuMap<'_>) -> Kernel {
-    let (inputs, outputs) = (dense.weights.len() / dense.biases.len(), dense.biases.len());
-    let filters = Filters {
-        weights: (0..outputs * inputs)
-            .map(|index| dense.weights[index % inputs * outputs + index / inputs])
-            .collect(),
-        biases: dense.biases.clone(),
-        inputs,
-        kernel: 1,
-    };
-    let (area, channels) = (view.area(), 4 * view.quads() * view.area());
-    let shape = MapShape::new(channels, 1, 1);
-    let product = Product {
-        sources: &[(GpuMap { shape, ..view }, LayerInput::plain(dense.map))],
-        skip: None,
-        output,
-        kernel: 1,
-        stride: 1,
-        rectified: dense.rectified,
-        batches: 1,
-    };
-    let padded: Vec<usize> = (0..inputs).map(|index| packed_at(index, area)).collect();
-    product.kernel(gpu, &filters, &padded)
 }
 
 /// The padded channel of each channel of maps that lie one after another.

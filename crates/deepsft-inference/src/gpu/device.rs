@@ -146,20 +146,20 @@ impl Gpu {
 
     /// A buffer of `length` zeros that kernels read and write.
     pub(crate) fn zeros(&self, length: usize) -> wgpu::Buffer {
-        self.device.create_buffer(&wgpu::BufferDescriptor {
-            label: None,
-            size: (4 * length) as u64,
-            usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        })
+        use wgpu::BufferUsages as Usage;
+        self.buffer((4 * length) as u64, Usage::STORAGE | Usage::COPY_SRC | Usage::COPY_DST)
     }
 
     /// A buffer of `size` bytes into which results are copied to be read.
     pub(crate) fn readable(&self, size: u64) -> wgpu::Buffer {
+        self.buffer(size, wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST)
+    }
+
+    fn buffer(&self, size: u64, usage: wgpu::BufferUsages) -> wgpu::Buffer {
         self.device.create_buffer(&wgpu::BufferDescriptor {
             label: None,
             size,
-            usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+            usage,
             mapped_at_creation: false,
         })
     }
@@ -245,6 +245,6 @@ impl Gpu {
     }
 }
 
-pub(crate) fn bytes(values: &[f32]) -> Vec<u8> {
+fn bytes(values: &[f32]) -> Vec<u8> {
     values.iter().flat_map(|value| value.to_le_bytes()).collect()
 }

@@ -14,16 +14,17 @@ pub(crate) enum FramePart {
     Kernel(Kernel),
 }
 
-/// A network's work for an image of one size: one list for the GPU, of which only `results` come back.
+/// A network's work for an image of one size: one list for the GPU, of which only the results come back.
 #[derive(Debug)]
 pub(crate) struct FramePipeline {
-    pub(crate) plan: GpuPlan,
     gpu: Gpu,
+    plan: GpuPlan,
     image: [usize; 2],
     work: Vec<FramePart>,
     /// The image's bytes, see [`FramePipeline::pixels`].
     pixels: Buffer,
-    results: Vec<Buffer>,
+    /// What comes back, and the numbers that came last.
+    results: Vec<(Buffer, Vec<f32>)>,
     readable: Buffer,
     /// Whether a run was given up before its results were read.
     is_open: bool,
@@ -43,23 +44,26 @@ impl FramePipeline {
         results: Vec<Buffer>,
     ) -> Self {
         Self {
-            plan,
             gpu: gpu.clone(),
+            plan,
             image,
             work,
             pixels,
             readable: gpu.readable(results.iter().map(Buffer::size).sum()),
-            results,
+            results: (results.into_iter())
+                .map(|buffer| (buffer.clone(), vec![0.0; buffer.size() as usize / 4]))
+                .collect(),
             is_open: false,
         }
     }
 
-    /// Takes an image through the network; `read` gets the numbers of the results.
-    pub(crate) async fn run(
-        &mut self,
-        image: &Picture,
-        read: impl FnOnce(&mut dyn Iterator<Item = f32>),
-    ) -> Result<(), GpuError> {
+    /// The numbers of a result of the last frame.
+    pub(crate) fn result(&self, k: usize) -> &[f32] {
+        &self.results[k].1
+    }
+
+    /// Takes an image through the network.
+    pub(crate) async fn run(&mut self, image: &Picture) -> Result<(), GpuError> {
         let [width, height] = self.image;
         check_size(image.size(), (width, height))?;
         self.gpu.check()?;
@@ -84,11 +88,13 @@ impl FramePipeline {
         }
         drop(pass);
         let mut at = 0;
-        for buffer in &self.results {
+        for (buffer, _) in &self.results {
             encoder.copy_buffer_to_buffer(buffer, 0, &self.readable, at, buffer.size());
             at += buffer.size();
         }
         self.gpu.submit(encoder);
+        let results = self.results.iter_mut().flat_map(|(_, values)| values);
+        let read = |numbers: &mut dyn Iterator<Item = f32>| results.zip(numbers).for_each(|(to, number)| *to = number);
         self.gpu.mapped(&self.readable, read).await?;
         self.is_open = false;
         Ok(())

@@ -11,5 +11,5 @@ mod winograd;
 
 pub use device::{Gpu, GpuError};
 pub(crate) use frames::{FramePart, FramePipeline};
-pub use plan::GpuPlan;
+pub(crate) use plan::GpuPlan;
 pub(crate) use shader::Kernel;

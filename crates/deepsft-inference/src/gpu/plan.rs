@@ -1,8 +1,8 @@
 //! A plan on a GPU.
 
 use super::convolution::{self, Scratch};
-use super::device::{Gpu, GpuError, bytes};
-use super::shader::{GpuMap, Kernel, packed_at, quads};
+use super::device::Gpu;
+use super::shader::{GpuMap, Kernel, quads};
 use super::simple;
 use crate::plan::{MapId, MapShape, Operation, Plan, SkipInput};
 use std::ops::Range;
@@ -10,8 +10,7 @@ use wgpu::Buffer;
 
 /// A plan on a GPU with its shaders, filters and maps on a GPU. A run makes nothing new there but the list of its work.
 #[derive(Debug)]
-pub struct GpuPlan {
-    gpu: Gpu,
+pub(crate) struct GpuPlan {
     shapes: Vec<MapShape>,
     /// The buffer of each map; maps that are not needed at the same time share one.
     slots: Vec<usize>,
@@ -24,7 +23,7 @@ pub struct GpuPlan {
 impl GpuPlan {
     /// Prepares `plan` for a GPU. The maps `kept` can be read after the last step, as can those that the caller writes. What the GPU
     /// refuses, the first run reports.
-    pub fn new(gpu: &Gpu, plan: Plan, kept: &[MapId]) -> Self {
+    pub(crate) fn new(gpu: &Gpu, plan: Plan, kept: &[MapId]) -> Self {
         let (slots, sizes) = plan.shared_buffers(kept, |channels| 4 * quads(channels));
         let Plan { maps: shapes, steps } = plan;
         let buffers: Vec<Buffer> = sizes.into_iter().map(|size| gpu.zeros(size)).collect();
@@ -60,13 +59,13 @@ impl GpuPlan {
                     kernels.extend(made);
                 }
                 Operation::Pool(pool) => kernels.push(simple::pool(gpu, pool, view(pool.map), output)),
-                Operation::Dense(dense) => kernels.push(convolution::dense(gpu, dense, view(dense.map), output)),
+                // Only R50F has these, which `GpuExecutor` refuses.
+                Operation::Dense(_) => {}
                 Operation::Add(map, skip) => kernels.push(simple::sum(gpu, view(*map), skipped(*skip), output)),
             }
             ends.push(kernels.len());
         }
         Self {
-            gpu: gpu.clone(),
             shapes,
             slots,
             buffers,
@@ -75,13 +74,13 @@ impl GpuPlan {
         }
     }
 
-    /// Returns the number of steps.
-    pub fn steps(&self) -> usize {
+    /// Number of steps.
+    pub(crate) fn steps(&self) -> usize {
         self.ends.len()
     }
 
-    /// Returns the size of a map.
-    pub fn shape(&self, map: MapId) -> MapShape {
+    /// Size of a map.
+    pub(crate) fn shape(&self, map: MapId) -> MapShape {
         self.shapes[map.0]
     }
 
@@ -94,39 +93,5 @@ impl GpuPlan {
         let start = |step: usize| step.checked_sub(1).map_or(0, |before| self.ends[before]);
         let kernels = &self.kernels[start(steps.start)..start(steps.end)];
         kernels.iter().for_each(|kernel| kernel.run(pass));
-    }
-
-    /// Writes a map: [channel, row, column].
-    ///
-    /// # Panics
-    /// May panic when `values` has another length.
-    pub fn write(&self, map: MapId, values: &[f32]) {
-        let shape = self.shape(map);
-        let area = shape.area();
-        let mut packed = vec![0.0; 4 * quads(shape.channels) * area];
-        for (index, &value) in values.iter().enumerate() {
-            packed[packed_at(index, area)] = value;
-        }
-        self.gpu.queue.write_buffer(self.buffer(map), 0, &bytes(&packed));
-    }
-
-    /// Runs all steps and reads a map: [channel, row, column].
-    ///
-    /// # Errors
-    /// [`GpuError`] when the GPU was lost or refused the work.
-    pub async fn run(&self, map: MapId) -> Result<Vec<f32>, GpuError> {
-        self.gpu.check()?;
-        let shape = self.shape(map);
-        let area = shape.area();
-        let size = (16 * quads(shape.channels) * area) as u64;
-        let read = self.gpu.readable(size);
-        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-        self.list(0..self.steps(), &mut encoder.begin_compute_pass(&Default::default()));
-        encoder.copy_buffer_to_buffer(self.buffer(map), 0, &read, 0, size);
-        self.gpu.submit(encoder);
-        let packed: Vec<f32> = self.gpu.mapped(&read, |values| values.collect()).await?;
-        Ok((0..shape.channels * area)
-            .map(|index| packed[packed_at(index, area)])
-            .collect())
     }
 }

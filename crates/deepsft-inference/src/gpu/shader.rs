@@ -2,7 +2,6 @@
 
 use super::device::Gpu;
 use crate::plan::{LayerInput, MapShape, SkipInput};
-use std::fmt::Write;
 use wgpu::Buffer;
 
 /// Invocations of a group.
@@ -11,12 +10,6 @@ const GROUP: usize = 64;
 /// Number of quads of `channels` channels.
 pub(crate) fn quads(channels: usize) -> usize {
     channels.div_ceil(4)
-}
-
-/// Where the number `index` of [channel][row][column] lies in quads of `area` positions.
-pub(crate) fn packed_at(index: usize, area: usize) -> usize {
-    let (channel, at) = (index / area, index % area);
-    (channel / 4 * area + at) * 4 + channel % 4
 }
 
 /// A map in its buffer.
@@ -66,7 +59,7 @@ impl<'a> Shader<'a> {
         self.bind_as(name, access, "vec4f", buffer);
     }
 
-    /// Quads of numbers of 32 or 16 bits.
+    /// The same of numbers of 32 or 16 bits.
     pub(crate) fn bind_numbers(&mut self, name: &str, access: &str, half: bool, buffer: &'a Buffer) {
         self.has_f16 |= half;
         self.bind_as(name, access, if half { "vec4<f16>" } else { "vec4f" }, buffer);
@@ -77,13 +70,11 @@ impl<'a> Shader<'a> {
         self.bind_numbers(name, access, map.half, map.buffer);
     }
 
-    /// The same of another type.
+    /// A buffer of another type.
     pub(crate) fn bind_as(&mut self, name: &str, access: &str, element: &str, buffer: &'a Buffer) {
-        let _ = writeln!(
-            self.declarations,
-            "@group(0) @binding({}) var<storage, {access}> {name}: array<{element}>;",
-            self.buffers.len()
-        );
+        let binding = self.buffers.len();
+        self.declarations +=
+            &format!("@group(0) @binding({binding}) var<storage, {access}> {name}: array<{element}>;\n");
         self.buffers.push(buffer);
     }
 
@@ -117,10 +108,12 @@ impl<'a> Shader<'a> {
             return;
         };
         self.bind_map("added", "read", view);
-        self.size("added_area", view.area());
-        self.size("added_width", view.shape.width);
-        self.size("added_factor", factor);
-        self.size("added_top", top);
+        self.sizes([
+            ("added_area", view.area()),
+            ("added_width", view.shape.width),
+            ("added_factor", factor),
+            ("added_top", top),
+        ]);
     }
 
     /// The shader's kernel: `body` is run for each `index` below `count` and each `batch` below `batches`.

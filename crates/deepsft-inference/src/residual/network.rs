@@ -1,6 +1,5 @@
 //! The paper's network and R50F as plans.
 
-use super::output::OutputMaps;
 use crate::config::{Architecture, NetworkConfig, PaperConfig, R50FConfig};
 use crate::plan::{DenseLayer, LayerInput, MapId, MapShape, MaxPool, Plan, PlanError, SkipInput};
 use crate::weights::{LayerShape, PlanBuilder, Weights};
@@ -8,10 +7,12 @@ use deepsft_geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH};
 
 /// The paper's network or R50F as a plan, and the maps at which the caller writes and reads.
 pub(crate) struct ResidualPlan {
-    pub(super) plan: Plan,
+    pub(crate) plan: Plan,
     /// The image, the caller's: values -1..=1.
-    pub(super) image: MapId,
-    pub(super) outputs: OutputMaps,
+    pub(crate) image: MapId,
+    /// What it ends with. The paper's network: depth, u and v of the main block; the refined depth; corrections of u and v. R50F: one
+    /// map, of all depths, all u and all v, row after row.
+    pub(crate) outputs: Vec<MapId>,
 }
 
 /// What the first block of a stack does to the size: a stride, up-sampling.
@@ -44,11 +45,7 @@ impl ResidualPlan {
         let seen = [LayerInput::plain(image), LayerInput::plain(main)];
         let depth = network.refinement_block("depth_refinement", &seen, 1)?;
         let correction = network.refinement_block("registration_refinement", &seen, 2)?;
-        let outputs = OutputMaps::Blocks {
-            main,
-            depth,
-            correction,
-        };
+        let outputs = vec![main, depth, correction];
         let plan = network.builder.finish()?;
         Ok(Self { plan, image, outputs })
     }
@@ -58,13 +55,20 @@ impl ResidualPlan {
         let mut network = ResidualBuilder::new(config.width_divisor, weights);
         let image = network.image();
         let x = network.entry("", &[LayerInput::plain(image)], (2, 1))?;
-        let x = network.stack("encode2", x, [64, 64, 256], Kept, 2)?;
-        let x = network.stack("encode3", x, [128, 128, 512], Stride, 3)?;
-        let x = network.stack("encode4", x, [256, 256, 1024], Stride, 5)?;
-        let x = network.stack("encode5", x, [512, 512, R50FConfig::ENCODED_CHANNELS], Stride, 2)?;
+        let x = network.stack("encode2", x, [64, 64, 256], Kept, 2, [0, 0])?;
+        let x = network.stack("encode3", x, [128, 128, 512], Stride, 3, [0, 0])?;
+        let x = network.stack("encode4", x, [256, 256, 1024], Stride, 5, [0, 0])?;
+        let x = network.stack(
+            "encode5",
+            x,
+            [512, 512, R50FConfig::ENCODED_CHANNELS],
+            Stride,
+            2,
+            [0, 0],
+        )?;
         let neurons = config.neurons / config.width_divisor;
         let x = network.dense("neurons", x.map, neurons, true)?;
-        let outputs = OutputMaps::Planes(network.dense("maps", x, R50FConfig::MAP_VALUES, false)?);
+        let outputs = vec![network.dense("maps", x, R50FConfig::MAP_VALUES, false)?];
         let plan = network.builder.finish()?;
         Ok(Self { plan, image, outputs })
     }
@@ -85,12 +89,12 @@ impl<'a> ResidualBuilder<'a> {
     fn main_block(&mut self, image: MapId) -> Result<MapId, PlanError> {
         use Resizing::{Kept, Stride, UpSampling};
         let x = self.entry("main.", &[LayerInput::plain(image)], (3, 0))?;
-        let x = self.stack("main.encode2", x, [64, 64, 256], Kept, 2)?;
-        let x = self.stack("main.encode3", x, [128, 128, 512], Stride, 3)?;
-        let x = self.stack("main.encode4", x, [256, 256, 1024], Stride, 5)?;
-        let x = self.stack("main.decode5", x, [1024, 1024, 256], Kept, 5)?;
-        let x = self.cropped_stack("main.decode6", x, [512, 512, 128], UpSampling, 3, [0, 1])?;
-        let x = self.stack("main.decode7", x, [256, 256, 64], UpSampling, 2)?;
+        let x = self.stack("main.encode2", x, [64, 64, 256], Kept, 2, [0, 0])?;
+        let x = self.stack("main.encode3", x, [128, 128, 512], Stride, 3, [0, 0])?;
+        let x = self.stack("main.encode4", x, [256, 256, 1024], Stride, 5, [0, 0])?;
+        let x = self.stack("main.decode5", x, [1024, 1024, 256], Kept, 5, [0, 0])?;
+        let x = self.stack("main.decode6", x, [512, 512, 128], UpSampling, 3, [0, 1])?;
+        let x = self.stack("main.decode7", x, [256, 256, 64], UpSampling, 2, [0, 0])?;
         let shape = [64 / self.divisor, 7, 1];
         let x = self
             .builder
@@ -107,10 +111,10 @@ impl<'a> ResidualBuilder<'a> {
     fn refinement_block(&mut self, name: &str, seen: &[LayerInput], outputs: usize) -> Result<MapId, PlanError> {
         use Resizing::{Kept, Stride, UpSampling};
         let x = self.entry(&format!("{name}."), seen, (3, 0))?;
-        let x = self.stack(&format!("{name}.encode2"), x, [64, 64, 256], Kept, 2)?;
-        let x = self.stack(&format!("{name}.encode3"), x, [128, 128, 512], Stride, 3)?;
-        let x = self.stack(&format!("{name}.decode6"), x, [512, 512, 128], UpSampling, 3)?;
-        let x = self.cropped_stack(&format!("{name}.decode7"), x, [256, 256, 64], UpSampling, 2, [1, 1])?;
+        let x = self.stack(&format!("{name}.encode2"), x, [64, 64, 256], Kept, 2, [0, 0])?;
+        let x = self.stack(&format!("{name}.encode3"), x, [128, 128, 512], Stride, 3, [0, 0])?;
+        let x = self.stack(&format!("{name}.decode6"), x, [512, 512, 128], UpSampling, 3, [0, 0])?;
+        let x = self.stack(&format!("{name}.decode7"), x, [256, 256, 64], UpSampling, 2, [1, 1])?;
         let shape = [outputs, 3, 1];
         self.builder
             .layer(&[upsampled(x, 3, [0, 0])], &format!("{name}.output"), shape, None)
@@ -132,19 +136,8 @@ impl<'a> ResidualBuilder<'a> {
         })?))
     }
 
-    fn stack(
-        &mut self,
-        name: &str,
-        x: LayerInput,
-        widths: [usize; 3],
-        resizing: Resizing,
-        identities: usize,
-    ) -> Result<LayerInput, PlanError> {
-        self.cropped_stack(name, x, widths, resizing, identities, [0, 0])
-    }
-
     /// A first block, whose result is read with `cropped` rows left out, and identity blocks.
-    fn cropped_stack(
+    fn stack(
         &mut self,
         name: &str,
         x: LayerInput,

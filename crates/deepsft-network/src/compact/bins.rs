@@ -35,28 +35,3 @@ fn bin_centres(bins: usize, device: &Device) -> Tensor<4> {
     let centres: Vec<f32> = (0..bins).map(|k| k as f32 / (bins - 1) as f32).collect();
     Tensor::<1>::from_floats(centres.as_slice(), device).reshape([1, bins, 1, 1])
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn two_equal_neighbouring_bins_give_the_point_between_them() {
-        let device = Device::flex();
-        let mut logits = vec![0.0_f32; 11];
-        (logits[4], logits[5]) = (30.0, 30.0);
-        let x = Tensor::<1>::from_floats(logits.as_slice(), &device).reshape([1, 11, 1, 1]);
-        let t = expected_coordinate(x).into_scalar::<f32>();
-        assert!((t - 0.45).abs() < 1e-6, "{t}");
-    }
-
-    #[test]
-    fn a_far_second_peak_does_not_pull_the_coordinate() {
-        let device = Device::flex();
-        let mut logits = vec![-20.0_f32; 11];
-        (logits[1], logits[9]) = (10.0, 9.9);
-        let x = Tensor::<1>::from_floats(logits.as_slice(), &device).reshape([1, 11, 1, 1]);
-        let t = expected_coordinate(x).into_scalar::<f32>();
-        assert!((t - 0.1).abs() < 1e-5, "{t}");
-    }
-}

@@ -5,18 +5,19 @@
 //! resolution.
 
 use super::cells::{INPUT_MULTIPLE, PATCH, PIXELS_PER_CELL};
-use super::layers::{self, Convolution, depth_to_space, scaled_relu, upsample_bilinear};
 use super::main_block::MainBlock;
 use super::planar::{PLANAR_CUES, planar_depth};
 use super::refinement::{ISOMETRIC_CUES, RefinementBlock, departures, isometric_depth, weighed};
+use super::residual_block::BRANCH_GAIN;
 use super::seams::upsample_across_seams;
-use crate::block::{Block, train_if_listed};
+use crate::block::Block;
+use crate::convolution_layer::{Convolution, scaled_relu};
 use crate::description::LayerTable;
-use crate::fold::{Fold, folded};
 use crate::maps::NetworkMaps;
-use crate::upsampling::upsample_nearest;
+use crate::resampling::{depth_to_space, upsample_bilinear, upsample_nearest};
+use crate::weight_init::WeightInit;
 use burn::module::Module;
-use burn::tensor::{Device, Tensor, activation};
+use burn::tensor::{Tensor, activation};
 use deepsft_inference::{CompactConfig, DepthRange, NetworkConfig};
 
 /// Largest normalised log depth that is turned into millimetres: keeps maps and gradients finite where an untrained
@@ -47,28 +48,23 @@ pub struct CompactNetwork {
     mask_mix: Convolution,
     mask: Convolution,
     #[module(skip)]
-    config: NetworkConfig,
+    pub(crate) config: NetworkConfig,
 }
 
 impl CompactNetwork {
     /// A randomly initialised network of `shape` for the images of `config`.
-    pub(crate) fn new(shape: &CompactConfig, config: &NetworkConfig, device: &Device) -> Self {
+    pub(crate) fn new(shape: &CompactConfig, config: &NetworkConfig, init: WeightInit) -> Self {
         let mask = shape.mask_channels;
         Self {
-            main: MainBlock::new(shape, device),
-            depth_refinement: RefinementBlock::new(shape, 2 + PLANAR_CUES, device),
-            registration_refinement: RefinementBlock::new(shape, 2, device),
-            mask_coarse: Convolution::standardised([shape.channels[1], mask], 1, 1, 1.0, device),
-            mask_fine: Convolution::standardised([shape.channels[0], mask], 1, 1, 1.0, device),
-            mask_mix: Convolution::standardised([mask, mask], 3, 1, layers::BRANCH_GAIN, device),
-            mask: Convolution::head([mask, PATCH * PATCH], 1, device),
+            main: MainBlock::new(shape, init),
+            depth_refinement: RefinementBlock::new(shape, 2 + PLANAR_CUES, init),
+            registration_refinement: RefinementBlock::new(shape, 2, init),
+            mask_coarse: Convolution::standardised([shape.channels[1], mask], 1, 1, 1.0, init),
+            mask_fine: Convolution::standardised([shape.channels[0], mask], 1, 1, 1.0, init),
+            mask_mix: Convolution::standardised([mask, mask], 3, 1, BRANCH_GAIN, init),
+            mask: Convolution::head([mask, PATCH * PATCH], 1, init),
             config: config.clone(),
         }
-    }
-
-    /// How the network was built.
-    pub fn config(&self) -> &NetworkConfig {
-        &self.config
     }
 
     /// Runs the network on frames [N, 3, H, W] of the training camera, values 0..=1. They are padded at the right and below to
@@ -164,23 +160,6 @@ impl CompactNetwork {
         upsample_bilinear(coordinates, PIXELS_PER_CELL)
     }
 
-    /// The same function with all standardisation baked into the weights, for inference.
-    pub fn fold(self) -> Self {
-        folded!(
-            self,
-            [
-                main,
-                depth_refinement,
-                registration_refinement,
-                mask_coarse,
-                mask_fine,
-                mask_mix,
-                mask
-            ],
-            [config]
-        )
-    }
-
     /// See [`crate::Network::describe`].
     pub(crate) fn describe(&self, table: &mut LayerTable) {
         let [_, height, width] = table.size();
@@ -197,7 +176,7 @@ impl CompactNetwork {
             ("mask 3x3", &self.mask_mix, patches),
             ("mask 1x1", &self.mask, patches),
         ] {
-            table.add(name, [layer.channels(), rows, columns], layer.cost(rows * columns));
+            table.add(name, [layer.channels(), rows, columns], layer.cost(rows * columns, 1));
         }
         for (block, layers) in [
             (Block::DepthRefinement, &self.depth_refinement),
@@ -205,37 +184,6 @@ impl CompactNetwork {
         ] {
             table.begin(block, [0, cells[0], cells[1]]);
             layers.describe(table);
-        }
-    }
-
-    /// See [`crate::Network::block_parameters`]. The mask head is of the main block.
-    pub(crate) fn block_parameters(&self, block: Block) -> usize {
-        match block {
-            Block::Main => {
-                let mask = [&self.mask_coarse, &self.mask_fine, &self.mask_mix, &self.mask];
-                self.main.num_params() + mask.map(Module::num_params).iter().sum::<usize>()
-            }
-            Block::DepthRefinement => self.depth_refinement.num_params(),
-            Block::RegistrationRefinement => self.registration_refinement.num_params(),
-        }
-    }
-
-    /// See [`crate::Network::train_only`].
-    pub(crate) fn train_only(self, blocks: &[Block]) -> Self {
-        let of_main = |layer| train_if_listed(layer, Block::Main, blocks);
-        Self {
-            main: train_if_listed(self.main, Block::Main, blocks),
-            depth_refinement: train_if_listed(self.depth_refinement, Block::DepthRefinement, blocks),
-            registration_refinement: train_if_listed(
-                self.registration_refinement,
-                Block::RegistrationRefinement,
-                blocks,
-            ),
-            mask_coarse: of_main(self.mask_coarse),
-            mask_fine: of_main(self.mask_fine),
-            mask_mix: of_main(self.mask_mix),
-            mask: of_main(self.mask),
-            config: self.config,
         }
     }
 }

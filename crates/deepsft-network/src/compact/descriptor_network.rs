@@ -1,9 +1,10 @@
 //! Descriptors of any image: what finds a picture that no network was trained for.
 
-use super::layers::{Convolution, scaled_relu};
 use super::main_block::MainBlock;
-use crate::fold::Fold;
+use crate::convolution_layer::{Convolution, scaled_relu};
+use crate::folding::folded;
 use crate::weight_array::weights_of;
+use crate::weight_init::WeightInit;
 use burn::module::Module;
 use burn::tensor::{Device, Tensor};
 use deepsft_inference::{CompactConfig, DESCRIPTOR_LENGTH, Weights};
@@ -31,9 +32,10 @@ impl DescriptorNetwork {
             bins: [2; 3],
             ..CompactConfig::default()
         };
+        let init = WeightInit::drawn(device, 0.0);
         Self {
-            main: MainBlock::new(&config, device),
-            head: Convolution::head([config.channels[1], DESCRIPTOR_LENGTH], 1, device),
+            main: MainBlock::new(&config, init),
+            head: Convolution::head([config.channels[1], DESCRIPTOR_LENGTH], 1, init),
         }
     }
 
@@ -46,21 +48,8 @@ impl DescriptorNetwork {
         descriptors / length
     }
 
-    /// The same function for inference: weight standardisation is baked into the convolutions.
-    pub fn fold(self) -> Self {
-        Self {
-            main: self.main.fold(),
-            head: self.head,
-        }
-    }
-
-    /// All weights by their paths. They are read from the device at once.
-    pub fn weights(&self) -> Weights {
-        weights_of(self)
-    }
-
-    /// Those of the finished network, for those who only run it.
+    /// The weights of the finished network by their paths, for those who only run it. They are read from the device at once.
     pub fn folded_weights(&self) -> Weights {
-        self.valid().fold().weights()
+        folded(weights_of(&self.valid()))
     }
 }

@@ -2,12 +2,13 @@
 
 use super::bins::expected_coordinate;
 use super::cells::PATCH;
-use super::layers::{Convolution, ResidualBlock, scaled_relu, space_to_depth, upsample_bilinear};
+use super::residual_block::ResidualBlock;
+use crate::convolution_layer::{Convolution, scaled_relu};
 use crate::description::{Cost, LayerTable};
-use crate::fold::{Fold, folded};
-use crate::upsampling::upsample_nearest;
+use crate::resampling::{space_to_depth, upsample_bilinear, upsample_nearest};
+use crate::weight_init::WeightInit;
 use burn::module::Module;
-use burn::tensor::{Device, Tensor};
+use burn::tensor::Tensor;
 use deepsft_inference::CompactConfig;
 
 /// What the main block hands on. Coordinates are (u, v, d) with d the normalised log depth of
@@ -51,25 +52,25 @@ pub struct MainBlock {
 
 impl MainBlock {
     /// Layers of the widths and bins of `config`, randomly initialised.
-    pub fn new(config: &CompactConfig, device: &Device) -> Self {
+    pub fn new(config: &CompactConfig, init: WeightInit) -> Self {
         let [c4, c8, c16, c32] = config.channels;
-        let conv = |channels, kernel, stride| Convolution::standardised(channels, kernel, stride, 1.0, device);
+        let conv = |channels, kernel, stride| Convolution::standardised(channels, kernel, stride, 1.0, init);
         Self {
             patch: conv([3 * PATCH * PATCH, c4], 1, 1),
             down8: conv([c4, c8], 3, 2),
-            encode8: ResidualBlock::new(c8, device),
+            encode8: ResidualBlock::new(c8, init),
             down16: conv([c8, c16], 3, 2),
-            encode16: ResidualBlock::new(c16, device),
+            encode16: ResidualBlock::new(c16, init),
             down32: conv([c16, c32], 3, 2),
             encode32: (0..config.blocks_at_32)
-                .map(|_| ResidualBlock::new(c32, device))
+                .map(|_| ResidualBlock::new(c32, init))
                 .collect(),
             lateral16: conv([c32, c16], 1, 1),
-            decode16: ResidualBlock::new(c16, device),
-            bins: config.bins.map(|bins| Convolution::head([c16, bins], 1, device)),
+            decode16: ResidualBlock::new(c16, init),
+            bins: config.bins.map(|bins| Convolution::head([c16, bins], 1, init)),
             lateral8: conv([c16, c8], 1, 1),
-            decode8: ResidualBlock::new(c8, device),
-            offset: Convolution::head([c8, 3], 1, device),
+            decode8: ResidualBlock::new(c8, init),
+            offset: Convolution::head([c8, 3], 1, init),
         }
     }
 
@@ -117,38 +118,25 @@ impl MainBlock {
             table.add(name, [channels, rows, columns], cost(rows * columns));
         };
         let [c4, c8, c16, c32] = [&self.patch, &self.down8, &self.down16, &self.down32].map(Convolution::channels);
-        add("4x4 patches", 4, c4, &|n| self.patch.cost(n));
-        add("down 3x3 stride 2", 8, c8, &|n| self.down8.cost(n));
+        add("4x4 patches", 4, c4, &|n| self.patch.cost(n, 1));
+        add("down 3x3 stride 2", 8, c8, &|n| self.down8.cost(n, 1));
         add("enc8 residual block", 8, c8, &|n| self.encode8.cost(n));
-        add("down 3x3 stride 2", 16, c16, &|n| self.down16.cost(n));
+        add("down 3x3 stride 2", 16, c16, &|n| self.down16.cost(n, 1));
         add("enc16 residual block", 16, c16, &|n| self.encode16.cost(n));
-        add("down 3x3 stride 2", 32, c32, &|n| self.down32.cost(n));
+        add("down 3x3 stride 2", 32, c32, &|n| self.down32.cost(n, 1));
         let blocks = format!("enc32 {} residual blocks", self.encode32.len());
         add(&blocks, 32, c32, &|n| {
             self.encode32.iter().map(|block| block.cost(n)).sum()
         });
-        add("lateral 1x1", 32, c16, &|n| self.lateral16.cost(n));
+        add("lateral 1x1", 32, c16, &|n| self.lateral16.cost(n, 1));
         add("dec16 residual block", 16, c16, &|n| self.decode16.cost(n));
         let bins = self.bins.iter().map(Convolution::channels).sum();
         add("bins of u, v, depth 1x1", 16, bins, &|n| {
-            self.bins.iter().map(|head| head.cost(n)).sum()
+            self.bins.iter().map(|head| head.cost(n, 1)).sum()
         });
-        add("lateral 1x1", 16, c8, &|n| self.lateral8.cost(n));
+        add("lateral 1x1", 16, c8, &|n| self.lateral8.cost(n, 1));
         add("dec8 residual block", 8, c8, &|n| self.decode8.cost(n));
-        add("offsets 1x1", 8, self.offset.channels(), &|n| self.offset.cost(n));
-    }
-}
-
-impl Fold for MainBlock {
-    fn fold(self) -> Self {
-        folded!(
-            self,
-            [
-                patch, down8, encode8, down16, encode16, down32, encode32, lateral16, decode16, bins, lateral8,
-                decode8, offset
-            ],
-            []
-        )
+        add("offsets 1x1", 8, self.offset.channels(), &|n| self.offset.cost(n, 1));
     }
 }
 

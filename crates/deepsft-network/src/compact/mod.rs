@@ -4,15 +4,14 @@ mod bins;
 mod cells;
 mod compact_network;
 mod descriptor_network;
-mod layers;
 mod main_block;
 mod planar;
 mod refinement;
+mod residual_block;
 mod seams;
 
 pub use bins::cross_entropy;
 pub use cells::{INPUT_MULTIPLE, PIXELS_PER_CELL};
 pub use compact_network::{CompactNetwork, NetworkOutput};
 pub use descriptor_network::DescriptorNetwork;
-pub(super) use layers::VARIANCE_FLOOR;
 pub use seams::SEAM_JUMP;

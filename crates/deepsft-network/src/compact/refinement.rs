@@ -10,12 +10,12 @@
 //! (`deepsft eval --ablation`).
 
 use super::cells::PIXELS_PER_CELL;
-use super::layers::{Convolution, scaled_relu};
 use super::planar::{PLANAR_CUES, normalise_depth};
+use crate::convolution_layer::{Convolution, scaled_relu};
 use crate::description::LayerTable;
-use crate::fold::{Fold, folded};
+use crate::weight_init::WeightInit;
 use burn::module::Module;
-use burn::tensor::{Device, Tensor, activation};
+use burn::tensor::{Tensor, activation};
 use deepsft_inference::{CompactConfig, NetworkConfig};
 
 /// Channels of the cues a refinement block reads beside the features: u, v, d and what
@@ -41,12 +41,12 @@ pub struct RefinementBlock {
 
 impl RefinementBlock {
     /// A block with `outputs` values per cell.
-    pub fn new(config: &CompactConfig, outputs: usize, device: &Device) -> Self {
+    pub fn new(config: &CompactConfig, outputs: usize, init: WeightInit) -> Self {
         let width = config.refinement_channels;
         Self {
-            entry: Convolution::standardised([config.channels[1] + CUES, width], 3, 1, 1.0, device),
-            middle: Convolution::standardised([width, width], 3, 1, 1.0, device),
-            correction: Convolution::head([width, outputs], 1, device),
+            entry: Convolution::standardised([config.channels[1] + CUES, width], 3, 1, 1.0, init),
+            middle: Convolution::standardised([width, width], 3, 1, 1.0, init),
+            correction: Convolution::head([width, outputs], 1, init),
         }
     }
 
@@ -66,14 +66,8 @@ impl RefinementBlock {
             ("middle 3x3", &self.middle),
             ("correction 1x1", &self.correction),
         ] {
-            table.add(name, [layer.channels(), rows, columns], layer.cost(rows * columns));
+            table.add(name, [layer.channels(), rows, columns], layer.cost(rows * columns, 1));
         }
-    }
-}
-
-impl Fold for RefinementBlock {
-    fn fold(self) -> Self {
-        folded!(self, [entry, middle, correction], [])
     }
 }
 
@@ -105,29 +99,13 @@ pub fn isometric_depth(coordinates: &Tensor<4>, config: &NetworkConfig) -> Tenso
     let u = maps.clone().slice([0..n, 0..1]) * width_mm;
     let v = maps.slice([0..n, 1..2]) * height_mm;
     let pixels = PIXELS_PER_CELL as f64;
-    let across = |m: &Tensor<4>| {
-        let padded = Tensor::cat(
-            vec![
-                m.clone().slice([0..n, 0..1, 0..h, 0..1]),
-                m.clone(),
-                m.clone().slice([0..n, 0..1, 0..h, w - 1..w]),
-            ],
-            3,
-        );
-        (padded.clone().slice([0..n, 0..1, 0..h, 2..w + 2]) - padded.slice([0..n, 0..1, 0..h, 0..w])) / (2.0 * pixels)
+    // Central differences along a dimension; the outermost cells stand for those beyond.
+    let slope = |m: &Tensor<4>, dim: usize, length: usize| {
+        let edge = |at: usize| m.clone().narrow(dim, at, 1);
+        let padded = Tensor::cat(vec![edge(0), m.clone(), edge(length - 1)], dim);
+        (padded.clone().narrow(dim, 2, length) - padded.narrow(dim, 0, length)) / (2.0 * pixels)
     };
-    let down = |m: &Tensor<4>| {
-        let padded = Tensor::cat(
-            vec![
-                m.clone().slice([0..n, 0..1, 0..1, 0..w]),
-                m.clone(),
-                m.clone().slice([0..n, 0..1, h - 1..h, 0..w]),
-            ],
-            2,
-        );
-        (padded.clone().slice([0..n, 0..1, 2..h + 2, 0..w]) - padded.slice([0..n, 0..1, 0..h, 0..w])) / (2.0 * pixels)
-    };
-    let (ux, uy, vx, vy) = (across(&u), down(&u), across(&v), down(&v));
+    let (ux, uy, vx, vy) = (slope(&u, 3, w), slope(&u, 2, h), slope(&v, 3, w), slope(&v, 2, h));
     // Singular values of a 2x2 matrix from the eigenvalues of J^T J.
     let a = ux.clone().square() + vx.clone().square();
     let b = uy.clone().square() + vy.clone().square();

@@ -1,7 +1,6 @@
 //! Up-sampling where the registration jumps from one chart of the texture to another.
 
-use super::layers::upsample_bilinear;
-use crate::upsampling::upsample_nearest;
+use crate::resampling::{upsample_bilinear, upsample_nearest};
 use burn::tensor::Tensor;
 
 /// Cells beside one another whose u or v differ by more than this belong to different charts. A surface whose charts

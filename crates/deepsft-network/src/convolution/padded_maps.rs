@@ -55,21 +55,13 @@ impl PaddedMaps {
         samples.zip(maps.par_chunks_exact(map)).for_each(|(to, from)| {
             // Channels that share a cache line of a place together.
             for first in (0..channels).step_by(LINE) {
-                let last = channels.min(first + LINE);
+                let together = LINE.min(channels - first);
                 for y in 0..rows {
-                    let to = &mut to[(y + border) * row + border * pitch..][..columns * pitch];
-                    let line = |channel: usize| &from[(channel * rows + y) * columns..][..columns];
-                    let mut channel = first;
-                    while channel + SQUARE <= last {
-                        let lines: [&[f32]; SQUARE] = std::array::from_fn(|c| line(channel + c));
-                        turn_rows(lines, to, pitch, channel, &read);
-                        channel += SQUARE;
-                    }
-                    for channel in channel..last {
-                        for (to, &from) in to.chunks_exact_mut(pitch).zip(line(channel)) {
-                            to[channel] = read(from);
-                        }
-                    }
+                    let to = &mut to[(y + border) * row + border * pitch + first..];
+                    let from = &from[(first * rows + y) * columns..];
+                    transpose(from, to, [rows * columns, pitch], [together, columns], |_, value| {
+                        read(value)
+                    });
                 }
             }
         });
@@ -98,72 +90,44 @@ impl PaddedMaps {
     }
 }
 
-/// Puts a row of [`SQUARE`] channels from `channel` on to places of `pitch` numbers each.
-#[inline(always)]
-fn turn_rows(lines: [&[f32]; SQUARE], to: &mut [f32], pitch: usize, channel: usize, read: impl Fn(f32) -> f32) {
-    let [a, b, c, d] = lines.map(|line| line.as_chunks::<SQUARE>().0);
-    let whole = a.len() * SQUARE;
-    let (squares, rest) = to.split_at_mut(whole * pitch);
-    let squares = squares.chunks_exact_mut(SQUARE * pitch);
-    for ((((to, a), b), c), d) in squares.zip(a).zip(b).zip(c).zip(d) {
-        let mut square = turned([*a, *b, *c, *d]);
-        for (to, numbers) in to.chunks_exact_mut(pitch).zip(&mut square) {
-            for number in numbers.iter_mut() {
-                *number = read(*number);
-            }
-            to[channel..channel + SQUARE].copy_from_slice(numbers);
-        }
-    }
-    for (x, to) in rest.chunks_exact_mut(pitch).enumerate() {
-        for (to, line) in to[channel..].iter_mut().zip(lines) {
-            *to = read(line[whole + x]);
-        }
-    }
-}
-
-/// PaddedMaps of `pitch` numbers each -> maps [channels, places], plus a number per channel, if there are any.
+/// Writes places of `pitch` numbers each as maps [channels, places], plus a number per channel, if there are any.
 pub fn to_maps(places: &[f32], pitch: usize, maps: &mut [f32], added: &[f32]) {
     let count = places.len() / pitch;
     let channels = maps.len() / count;
-    let whole = count / SQUARE * SQUARE;
-    for start in (0..whole).step_by(SQUARE) {
-        let places = &places[start * pitch..][..SQUARE * pitch];
-        let mut channel = 0;
-        while channel + SQUARE <= channels {
-            let mut square = [[0.0; SQUARE]; SQUARE];
-            for (numbers, place) in square.iter_mut().zip(places.chunks_exact(pitch)) {
-                numbers.copy_from_slice(&place[channel..channel + SQUARE]);
-            }
-            for (c, numbers) in turned(square).iter_mut().enumerate() {
-                let added = added.get(channel + c).copied().unwrap_or_default();
-                for number in numbers.iter_mut() {
-                    *number += added;
-                }
-                maps[(channel + c) * count + start..][..SQUARE].copy_from_slice(numbers);
-            }
-            channel += SQUARE;
-        }
-    }
-    for channel in 0..channels {
-        let first = if channel < channels / SQUARE * SQUARE { whole } else { 0 };
-        let added = added.get(channel).copied().unwrap_or_default();
-        for (to, place) in maps[channel * count..][first..count]
-            .iter_mut()
-            .zip(places[first * pitch..].chunks_exact(pitch))
-        {
-            *to = place[channel] + added;
-        }
-    }
+    transpose(places, maps, [pitch, count], [count, channels], |channel, value| {
+        value + added.get(channel).copied().unwrap_or_default()
+    });
 }
 
-/// Columns for rows.
+/// Makes columns of rows: `to` [column, row] of `from` [row, column], whose lines lie `pitches` apart; `each` gets a column's number
+/// and a value.
 #[inline(always)]
-fn turned(square: [[f32; SQUARE]; SQUARE]) -> [[f32; SQUARE]; SQUARE] {
-    let mut turned = square;
-    for (i, row) in square.iter().enumerate() {
-        for (j, &number) in row.iter().enumerate() {
-            turned[j][i] = number;
+fn transpose(
+    from: &[f32],
+    to: &mut [f32],
+    pitches: [usize; 2],
+    [rows, columns]: [usize; 2],
+    each: impl Fn(usize, f32) -> f32,
+) {
+    let [from_pitch, to_pitch] = pitches;
+    for row in (0..rows).step_by(SQUARE) {
+        for column in (0..columns).step_by(SQUARE) {
+            if row + SQUARE > rows || column + SQUARE > columns {
+                for row in row..rows.min(row + SQUARE) {
+                    for column in column..columns.min(column + SQUARE) {
+                        to[column * to_pitch + row] = each(column, from[row * from_pitch + column]);
+                    }
+                }
+                continue;
+            }
+            let mut square = [[0.0; SQUARE]; SQUARE];
+            for (i, line) in square.iter_mut().enumerate() {
+                line.copy_from_slice(&from[(row + i) * from_pitch + column..][..SQUARE]);
+            }
+            for j in 0..SQUARE {
+                let line = square.map(|line| each(column + j, line[j]));
+                to[(column + j) * to_pitch + row..][..SQUARE].copy_from_slice(&line);
+            }
         }
     }
-    turned
 }

@@ -4,8 +4,8 @@ use super::gradient_kernel::{GradientKernel, TOGETHER};
 use super::padded_maps::PaddedMaps;
 use super::scratch::with_scratch;
 use deepsft_inference::gemm::{
-    AlignedBuffer, MatrixRows, Overwrite, PackedMatrix, multiply, odd_cache_lines, padded_channels,
-    winograd_input_transform, winograd_output_transform,
+    AlignedBuffer, InputLines, LineTransform, MatrixRows, OutputLines, Overwrite, PackedMatrix, both_ways, multiply,
+    odd_cache_lines, padded_channels, plus, vector,
 };
 use pulp::{Arch, Simd, WithSimd};
 use std::ops::Range;
@@ -140,7 +140,7 @@ impl WithSimd for Chunk<'_> {
             let sample = from.of_sample(first_sample + tile / (down * across));
             let [y, x] = [tile / across % down, tile % across].map(|at| TILE * at);
             let first = &sample[y * from.row + x * from.pitch..];
-            tile_to_points(simd, first, from, from.pitch, read, pitch);
+            tile_to_points::<S, InputLines, READ>(simd, first, from, from.pitch, read, pitch);
         }
         let outputs = filters.outputs;
         let point_pitch = odd_cache_lines(CHUNK * outputs);
@@ -161,22 +161,17 @@ impl WithSimd for Chunk<'_> {
             let out = &mut out[tile / (down * across) * height * width * outputs..][..height * width * outputs];
             let [y, x] = [tile / across % down, tile % across].map(|at| TILE * at);
             for channel in (0..outputs).step_by(S::F32_LANES) {
-                let mut rows = [[simd.splat_f32s(0.0); READ]; TILE];
-                for j in 0..READ {
-                    let mut column = [simd.splat_f32s(0.0); READ];
+                let mut columns = [[simd.splat_f32s(0.0); READ]; READ];
+                for (j, column) in columns.iter_mut().enumerate() {
                     for (i, number) in column.iter_mut().enumerate() {
                         *number = vector::<S>(products, (i * READ + j) * point_pitch + index * outputs + channel);
                     }
-                    let column: [S::f32s; TILE] = winograd_output_transform(simd, column);
-                    for (row, value) in rows.iter_mut().zip(column) {
-                        row[j] = value;
-                    }
                 }
-                for (i, row) in rows.into_iter().enumerate().take(height - y) {
-                    let row: [S::f32s; TILE] = winograd_output_transform(simd, row);
-                    for (j, value) in row.into_iter().enumerate().take(width - x) {
+                let columns = both_ways::<S, OutputLines, READ, TILE>(simd, columns);
+                for i in 0..TILE.min(height - y) {
+                    for (j, column) in columns.iter().enumerate().take(width - x) {
                         let at = ((y + i) * width + x + j) * outputs + channel;
-                        S::as_mut_simd_f32s(&mut out[at..at + S::F32_LANES]).0[0] = value;
+                        S::as_mut_simd_f32s(&mut out[at..at + S::F32_LANES]).0[0] = column[i];
                     }
                 }
             }
@@ -184,34 +179,29 @@ impl WithSimd for Chunk<'_> {
     }
 }
 
-/// Takes what a tile reads to the points, its first `channels` channels: `read` [point, channel].
+/// Takes the tile that begins at `first`, its first `channels` channels, to the points: `points` [point, channel].
 #[inline(always)]
-fn tile_to_points<S: Simd>(simd: S, first: &[f32], from: &PaddedMaps, channels: usize, read: &mut [f32], pitch: usize) {
+fn tile_to_points<S: Simd, M: LineTransform<SIDE, READ>, const SIDE: usize>(
+    simd: S,
+    first: &[f32],
+    from: &PaddedMaps,
+    channels: usize,
+    points: &mut [f32],
+    pitch: usize,
+) {
     for channel in (0..channels).step_by(S::F32_LANES) {
-        let mut rows = [[simd.splat_f32s(0.0); READ]; READ];
-        for (i, row) in rows.iter_mut().enumerate() {
+        let mut numbers = [[simd.splat_f32s(0.0); SIDE]; SIDE];
+        for (i, row) in numbers.iter_mut().enumerate() {
             for (j, number) in row.iter_mut().enumerate() {
                 *number = vector::<S>(first, i * from.row + j * from.pitch + channel);
             }
-            *row = winograd_input_transform(simd, *row);
         }
-        for j in 0..READ {
-            let mut column = [simd.splat_f32s(0.0); READ];
-            for (number, row) in column.iter_mut().zip(&rows) {
-                *number = row[j];
-            }
-            for (i, value) in winograd_input_transform(simd, column).into_iter().enumerate() {
-                let at = (i * READ + j) * pitch + channel;
-                S::as_mut_simd_f32s(&mut read[at..at + S::F32_LANES]).0[0] = value;
-            }
+        let transformed = both_ways::<S, M, SIDE, READ>(simd, numbers);
+        for (point, &value) in transformed.as_flattened().iter().enumerate() {
+            let at = point * pitch + channel;
+            S::as_mut_simd_f32s(&mut points[at..at + S::F32_LANES]).0[0] = value;
         }
     }
-}
-
-/// The vector of `values` from `at` on.
-#[inline(always)]
-fn vector<S: Simd>(values: &[f32], at: usize) -> S::f32s {
-    S::as_simd_f32s(&values[at..at + S::F32_LANES]).0[0]
 }
 
 /// Sums of the filters' gradient over all tiles: [channel, place of the kernel, padded output] for the channels `channels`
@@ -273,9 +263,11 @@ impl WithSimd for FilterGradient<'_> {
                 let sample = tile / (down * across);
                 let [y, x] = [tile / across % down, tile % across].map(|at| TILE * at);
                 let first = &read.of_sample(sample)[y * read.row + x * read.pitch + channels.start..];
-                tile_to_points(simd, first, read, count, &mut reads[index * count..], read_pitch);
+                let points = &mut reads[index * count..];
+                tile_to_points::<S, InputLines, READ>(simd, first, read, count, points, read_pitch);
                 let first = &gradient.within(sample)[y * gradient.row + x * gradient.pitch..];
-                gradient_to_points(simd, first, gradient, &mut gradients[index * outputs..], gradient_pitch);
+                let points = &mut gradients[index * outputs..];
+                tile_to_points::<S, GradientLines, TILE>(simd, first, gradient, outputs, points, gradient_pitch);
             }
             for (point, sums) in sums.chunks_exact_mut(count * outputs).enumerate() {
                 let (read, gradient) = (&reads[point * read_pitch..], &gradients[point * gradient_pitch..]);
@@ -296,18 +288,15 @@ impl WithSimd for FilterGradient<'_> {
         }
         for (channel, out) in out.chunks_exact_mut(9 * outputs).enumerate() {
             for output in (0..outputs).step_by(S::F32_LANES) {
-                let mut rows = [[simd.splat_f32s(0.0); READ]; 3];
-                for j in 0..READ {
-                    let mut column = [simd.splat_f32s(0.0); READ];
+                let mut columns = [[simd.splat_f32s(0.0); READ]; READ];
+                for (j, column) in columns.iter_mut().enumerate() {
                     for (i, number) in column.iter_mut().enumerate() {
                         *number = vector::<S>(sums, ((i * READ + j) * count + channel) * outputs + output);
                     }
-                    for (row, value) in rows.iter_mut().zip(points_to_filter(simd, column)) {
-                        row[j] = value;
-                    }
                 }
-                for (i, row) in rows.into_iter().enumerate() {
-                    for (j, value) in points_to_filter(simd, row).into_iter().enumerate() {
+                let columns = both_ways::<S, FilterLines, READ, 3>(simd, columns);
+                for (j, column) in columns.into_iter().enumerate() {
+                    for (i, value) in column.into_iter().enumerate() {
                         let at = (3 * i + j) * outputs + output;
                         S::as_mut_simd_f32s(&mut out[at..at + S::F32_LANES]).0[0] = value;
                     }
@@ -317,64 +306,41 @@ impl WithSimd for FilterGradient<'_> {
     }
 }
 
-/// Takes a tile of the output's gradient to the points: `points` [point, output].
-#[inline(always)]
-fn gradient_to_points<S: Simd>(simd: S, first: &[f32], from: &PaddedMaps, points: &mut [f32], pitch: usize) {
-    for channel in (0..from.pitch).step_by(S::F32_LANES) {
-        let mut rows = [[simd.splat_f32s(0.0); READ]; TILE];
-        for (i, row) in rows.iter_mut().enumerate() {
-            let mut numbers = [simd.splat_f32s(0.0); TILE];
-            for (j, number) in numbers.iter_mut().enumerate() {
-                *number = vector::<S>(first, i * from.row + j * from.pitch + channel);
-            }
-            *row = places_to_points(simd, numbers);
-        }
-        for j in 0..READ {
-            let mut column = [simd.splat_f32s(0.0); TILE];
-            for (number, row) in column.iter_mut().zip(&rows) {
-                *number = row[j];
-            }
-            for (i, value) in places_to_points(simd, column).into_iter().enumerate() {
-                let at = (i * READ + j) * pitch + channel;
-                S::as_mut_simd_f32s(&mut points[at..at + S::F32_LANES]).0[0] = value;
-            }
-        }
+/// A: takes a tile of the output's gradient to the points, the transpose of [`OutputLines`].
+struct GradientLines;
+
+impl LineTransform<TILE, READ> for GradientLines {
+    #[inline(always)]
+    fn line<S: Simd>(simd: S, [a, b, c, d]: [S::f32s; TILE]) -> [S::f32s; READ] {
+        let (even, odd) = (simd.add_f32s(a, c), simd.add_f32s(b, d));
+        let far_even = plus(simd, a, 4.0, c);
+        let far_odd = plus(simd, simd.add_f32s(b, b), 8.0, d);
+        [
+            a,
+            simd.add_f32s(even, odd),
+            simd.sub_f32s(even, odd),
+            simd.add_f32s(far_even, far_odd),
+            simd.sub_f32s(far_even, far_odd),
+            d,
+        ]
     }
 }
 
-/// A: the transpose of what takes sums at the points to places.
-#[inline(always)]
-fn places_to_points<S: Simd>(simd: S, [a, b, c, d]: [S::f32s; TILE]) -> [S::f32s; READ] {
-    let (even, odd) = (simd.add_f32s(a, c), simd.add_f32s(b, d));
-    let far_even = plus(simd, a, 4.0, c);
-    let far_odd = plus(simd, simd.add_f32s(b, b), 8.0, d);
-    [
-        a,
-        simd.add_f32s(even, odd),
-        simd.sub_f32s(even, odd),
-        simd.add_f32s(far_even, far_odd),
-        simd.sub_f32s(far_even, far_odd),
-        d,
-    ]
-}
+/// The transpose of G: takes sums at the points to the filter's gradient.
+struct FilterLines;
 
-/// The transpose of G.
-#[inline(always)]
-fn points_to_filter<S: Simd>(simd: S, [a, b, c, d, e, f]: [S::f32s; READ]) -> [S::f32s; 3] {
-    let (near, near_apart) = (simd.add_f32s(b, c), simd.sub_f32s(c, b));
-    let (far, far_apart) = (simd.add_f32s(d, e), simd.sub_f32s(d, e));
-    let scaled = simd.mul_f32s(simd.splat_f32s(1.0 / 6.0), near);
-    let first = plus(simd, simd.mul_f32s(simd.splat_f32s(0.25), a), 1.0 / 24.0, far);
-    let second = simd.mul_f32s(simd.splat_f32s(1.0 / 6.0), near_apart);
-    [
-        simd.sub_f32s(first, scaled),
-        plus(simd, second, 1.0 / 12.0, far_apart),
-        simd.sub_f32s(plus(simd, f, 1.0 / 6.0, far), scaled),
-    ]
-}
-
-/// a + factor b
-#[inline(always)]
-fn plus<S: Simd>(simd: S, a: S::f32s, factor: f32, b: S::f32s) -> S::f32s {
-    simd.mul_add_e_f32s(simd.splat_f32s(factor), b, a)
+impl LineTransform<READ, 3> for FilterLines {
+    #[inline(always)]
+    fn line<S: Simd>(simd: S, [a, b, c, d, e, f]: [S::f32s; READ]) -> [S::f32s; 3] {
+        let (near, near_apart) = (simd.add_f32s(b, c), simd.sub_f32s(c, b));
+        let (far, far_apart) = (simd.add_f32s(d, e), simd.sub_f32s(d, e));
+        let scaled = simd.mul_f32s(simd.splat_f32s(1.0 / 6.0), near);
+        let first = plus(simd, simd.mul_f32s(simd.splat_f32s(0.25), a), 1.0 / 24.0, far);
+        let second = simd.mul_f32s(simd.splat_f32s(1.0 / 6.0), near_apart);
+        [
+            simd.sub_f32s(first, scaled),
+            plus(simd, second, 1.0 / 12.0, far_apart),
+            simd.sub_f32s(plus(simd, f, 1.0 / 6.0, far), scaled),
+        ]
+    }
 }

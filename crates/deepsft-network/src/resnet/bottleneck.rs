@@ -1,11 +1,9 @@
 //! Bottleneck blocks in the form of Keras' ResNet-50, which the paper builds on (figure "blocks"), and stacks of them.
 
-use super::normalised_convolution::NormalisedConvolution;
-use super::pooling::crop_rows;
-use super::weight_init::WeightInit;
+use crate::convolution_layer::Convolution;
 use crate::description::{Cost, LayerTable};
-use crate::fold::{Fold, folded};
-use crate::upsampling::upsample_nearest;
+use crate::resampling::{crop_rows, upsample_nearest};
+use crate::weight_init::WeightInit;
 use burn::module::Module;
 use burn::tensor::{Tensor, activation::relu};
 
@@ -20,10 +18,10 @@ use burn::tensor::{Tensor, activation::relu};
 /// decoding block runs its two incoming 1x1 convolutions before it and saves three quarters of their cost.
 #[derive(Module, Debug)]
 pub struct Bottleneck {
-    reduce: NormalisedConvolution,
-    spatial: NormalisedConvolution,
-    expand: NormalisedConvolution,
-    shortcut: Option<NormalisedConvolution>,
+    reduce: Convolution,
+    spatial: Convolution,
+    expand: Convolution,
+    shortcut: Option<Convolution>,
     upsampling: usize,
 }
 
@@ -45,10 +43,10 @@ impl Bottleneck {
         init: WeightInit,
     ) -> Self {
         Self {
-            reduce: NormalisedConvolution::new([inputs, reduced], 1, stride, init),
-            spatial: NormalisedConvolution::new([reduced, spatial], 3, 1, init),
-            expand: NormalisedConvolution::new([spatial, expanded], 1, 1, init),
-            shortcut: Some(NormalisedConvolution::new([inputs, expanded], 1, stride, init)),
+            reduce: Convolution::normalised([inputs, reduced], 1, stride, init),
+            spatial: Convolution::normalised([reduced, spatial], 3, 1, init),
+            expand: Convolution::normalised([spatial, expanded], 1, 1, init),
+            shortcut: Some(Convolution::normalised([inputs, expanded], 1, stride, init)),
             upsampling,
         }
     }
@@ -84,14 +82,8 @@ impl Bottleneck {
 
     /// Widths of the 1x1, 3x3 and 1x1 convolutions, as a table names them.
     fn widths(&self) -> String {
-        let [a, b, c] = [&self.reduce, &self.spatial, &self.expand].map(NormalisedConvolution::channels);
+        let [a, b, c] = [&self.reduce, &self.spatial, &self.expand].map(Convolution::channels);
         format!("({a}, {b}, {c})")
-    }
-}
-
-impl Fold for Bottleneck {
-    fn fold(self) -> Self {
-        folded!(self, [reduce, spatial, expand, shortcut], [upsampling])
     }
 }
 
@@ -173,11 +165,5 @@ impl Stack {
         let cost = self.identities.iter().map(|block| block.cost(rows * columns)).sum();
         let name = format!("{name} {} identity blocks {widths}", self.identities.len());
         table.add(name, [channels, rows, columns], cost);
-    }
-}
-
-impl Fold for Stack {
-    fn fold(self) -> Self {
-        folded!(self, [first, identities], [crop])
     }
 }

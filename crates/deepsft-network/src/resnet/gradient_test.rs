@@ -1,8 +1,10 @@
 //! Gradients through every kind of layer in training (batch statistics, strides, max pooling, up-sampling, cropping)
 //! against central differences, in double precision.
 
-use super::{NormalisedConvolution, Resizing, Stack, WeightInit, crop_rows, max_pool};
-use crate::upsampling::upsample_nearest;
+use super::{Resizing, Stack};
+use crate::convolution_layer::Convolution;
+use crate::resampling::{crop_rows, max_pool, upsample_nearest};
+use crate::weight_init::WeightInit;
 use burn::module::{Module, ModuleMapper, ModuleVisitor, Param};
 use burn::tensor::{DType, Device, FloatDType, Gradients, Tensor, TensorData, activation::relu};
 
@@ -14,10 +16,10 @@ const TOLERANCE: f64 = 1e-6;
 /// A small network with one of each: an entry, an encoder with a stride, a decoder with a crop, an output.
 #[derive(Module, Debug)]
 struct Small {
-    entry: NormalisedConvolution,
+    entry: Convolution,
     encode: Stack,
     decode: Stack,
-    output: NormalisedConvolution,
+    output: Convolution,
 }
 
 impl Small {
@@ -25,10 +27,10 @@ impl Small {
         use Resizing::{Stride, UpSampling};
         let stack = Stack::narrowed(1, init);
         Self {
-            entry: NormalisedConvolution::new([3, 4], 7, 2, init),
+            entry: Convolution::normalised([3, 4], 7, 2, init),
             encode: stack(4, [3, 4, 6], Stride(2), 1),
             decode: stack(6, [4, 3, 4], UpSampling(2), 1).cropped(0, 5),
-            output: NormalisedConvolution::plain([4, 2], 3, init),
+            output: Convolution::plain([4, 2], 3, init),
         }
     }
 

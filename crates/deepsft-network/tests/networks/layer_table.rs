@@ -14,13 +14,13 @@ fn of(layers: &[LayerDescription], block: Block) -> Vec<&LayerDescription> {
 
 /// Sizes and parameters of a block's rows that have any.
 fn rows(layers: &[LayerDescription], block: Block) -> Vec<([usize; 3], usize)> {
-    let weighty = of(layers, block).into_iter().filter(|layer| layer.parameters > 0);
-    weighty.map(|layer| (layer.output, layer.parameters)).collect()
+    let weighty = of(layers, block).into_iter().filter(|layer| layer.cost.parameters > 0);
+    weighty.map(|layer| (layer.output, layer.cost.parameters)).collect()
 }
 
 /// 10^9 floating-point operations of a block.
 fn gigaflops(layers: &[LayerDescription], block: Block) -> f64 {
-    of(layers, block).iter().map(|layer| layer.flops).sum::<u64>() as f64 / 1e9
+    of(layers, block).iter().map(|layer| layer.cost.flops).sum::<u64>() as f64 / 1e9
 }
 
 /// Parameters of a bottleneck block by hand: a convolution has k^2 in out + out, its batch normalisation 4 out.
@@ -72,7 +72,7 @@ fn the_paper_s_main_block_row_by_row() {
         .iter()
         .filter(|l| l.name.starts_with("dec6"))
         .take(3)
-        .map(|l| l.flops)
+        .map(|l| l.cost.flops)
         .sum();
     let by_hand =
         24 * 40 * operations(256, [512, 512, 128], true) + 3 * 23 * 40 * operations(128, [512, 512, 128], false);
@@ -108,7 +108,7 @@ fn the_paper_s_refinement_blocks_row_by_row() {
     // What runs before the up-sampling costs a quarter: in decoders 6 and 7 the 1x1 convolutions that come in.
     let saved: u64 = of(&layers, Block::DepthRefinement)
         .iter()
-        .map(|l| l.flops - l.executed_flops)
+        .map(|l| l.cost.flops - l.cost.executed_flops)
         .sum();
     let incoming = 2_u64 * (46 * 80 * 512 * (512 + 128) + 92 * 160 * 128 * (256 + 64));
     assert_eq!(saved, incoming * 3 / 4);
@@ -126,20 +126,20 @@ fn rows_add_up_to_the_weights_and_end_in_the_maps_for_every_architecture() {
         for network in [network.clone(), network.fold()] {
             let layers = network.describe();
             for &block in Block::ALL {
-                let sum: usize = of(&layers, block).iter().map(|layer| layer.parameters).sum();
+                let sum: usize = of(&layers, block).iter().map(|layer| layer.cost.parameters).sum();
                 assert_eq!(
                     sum,
-                    network.block_parameters(block),
+                    super::block_parameters(&network, block),
                     "{} of {:?}",
                     block.name(),
                     network.config()
                 );
             }
             assert_eq!(
-                layers.iter().map(|layer| layer.parameters).sum::<usize>(),
+                layers.iter().map(|layer| layer.cost.parameters).sum::<usize>(),
                 network.num_params()
             );
-            assert!(layers.iter().all(|layer| layer.executed_flops <= layer.flops));
+            assert!(layers.iter().all(|layer| layer.cost.executed_flops <= layer.cost.flops));
         }
     }
 }
@@ -154,8 +154,8 @@ fn the_compact_network_has_a_67th_of_the_papers_parameters_and_a_250th_of_its_op
     .map(|config| Network::new(&config, &Device::flex()).describe());
     let ratio =
         |of: fn(&LayerDescription) -> f64| paper.iter().map(of).sum::<f64>() / compact.iter().map(of).sum::<f64>();
-    assert_eq!(ratio(|layer| layer.parameters as f64).round(), 67.0);
-    let operations = ratio(|layer| layer.flops as f64);
+    assert_eq!(ratio(|layer| layer.cost.parameters as f64).round(), 67.0);
+    let operations = ratio(|layer| layer.cost.flops as f64);
     assert!((245.0..255.0).contains(&operations), "{operations}");
 }
 
@@ -165,9 +165,9 @@ fn the_compact_network_has_a_67th_of_the_papers_parameters_and_a_250th_of_its_op
 fn r50f_costs_what_a_resnet_50_of_its_size_costs() {
     let layers = Network::new(&NetworkConfig::r50f(SIZE_MM, &training_camera()), &Device::flex()).describe();
     let (encoder, dense): (Vec<_>, Vec<_>) = layers.iter().partition(|layer| !layer.name.starts_with("dense"));
-    let encoder = encoder.iter().map(|layer| layer.flops).sum::<u64>() as f64 / 2e9;
+    let encoder = encoder.iter().map(|layer| layer.cost.flops).sum::<u64>() as f64 / 2e9;
     let expected = 3.86 * (270.0 * 480.0) / (224.0 * 224.0);
     assert!((encoder / expected - 1.0).abs() < 0.05, "{encoder} {expected}");
-    let dense: u64 = dense.iter().map(|layer| layer.flops).sum();
+    let dense: u64 = dense.iter().map(|layer| layer.cost.flops).sum();
     assert_eq!(dense, 2 * (276_480 * 200 + 200 * 388_800));
 }

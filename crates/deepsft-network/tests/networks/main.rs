@@ -9,3 +9,19 @@ mod layer_table;
 mod network_golden;
 mod resnet_golden;
 mod video;
+
+use deepsft_network::{Block, Network};
+
+/// Values of a block's weights, by their paths.
+fn block_parameters(network: &Network, block: Block) -> usize {
+    let mut count = 0;
+    network.each_weight(|path, values| {
+        let part = match path.split('.').next() {
+            Some("depth_refinement") => Block::DepthRefinement,
+            Some("registration_refinement") => Block::RegistrationRefinement,
+            _ => Block::Main,
+        };
+        count += if part == block { values.num_elements() } else { 0 };
+    });
+    count
+}

@@ -27,13 +27,13 @@ fn descriptors_are_unit_vectors() {
 #[test]
 fn the_executor_describes_as_burn_does() {
     let (device, _) = pollster::block_on(start_device(DeviceKind::Cpu)).unwrap();
-    let network = DescriptorNetwork::new(&device).fold();
+    let network = DescriptorNetwork::new(&device);
     let picture = picture();
     let burn = network.forward(images_to_tensor(&[&picture], &device));
     let [_, d, rows, columns] = burn.dims();
     let burn = burn.reshape([d, rows * columns]).swap_dims(0, 1);
     let burn = burn.into_data().try_to_vec::<f32>().unwrap();
-    let mut executor = DescriptorExecutor::new((600, 430), &network.weights(), 2).unwrap();
+    let mut executor = DescriptorExecutor::new((600, 430), &network.folded_weights(), 2).unwrap();
     assert_eq!((executor.cells(), d), ((columns, rows), DESCRIPTOR_LENGTH));
     let ours = executor.describe(&picture).unwrap();
     assert_eq!(ours.len(), burn.len());

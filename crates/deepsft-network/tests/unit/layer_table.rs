@@ -1,6 +1,6 @@
 //! The table of layers as text.
 
-use deepsft_network::{Block, LayerDescription, layer_table};
+use deepsft_network::{Block, Cost, LayerDescription, layer_table};
 
 #[test]
 fn blocks_and_the_whole_are_summed_and_digits_come_in_groups_of_three() {
@@ -8,9 +8,11 @@ fn blocks_and_the_whole_are_summed_and_digits_come_in_groups_of_three() {
         block,
         name: "conv".to_owned(),
         output: [1, 2, 3],
-        parameters,
-        flops,
-        executed_flops: flops,
+        cost: Cost {
+            parameters,
+            flops,
+            executed_flops: flops,
+        },
     };
     let layers = [
         layer(Block::Main, 13_618_600, 1_500_000_000),

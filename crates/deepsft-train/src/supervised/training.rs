@@ -172,14 +172,13 @@ impl TrainingStep for StepOne<'_> {
         let [width, height] = network.config().template_size_mm;
         let mut frames = Vec::new();
         for sample in self.held_out.iter().filter(|sample| sample.has_template) {
-            for maps in pollster::block_on(network.infer(&[&sample.image], self.device))? {
-                frames.push(frame_metrics(
-                    &maps,
-                    &sample.truth,
-                    &sample.camera,
-                    [width, height].into(),
-                )?);
-            }
+            let maps = pollster::block_on(network.infer(&sample.image, None, self.device))?;
+            frames.push(frame_metrics(
+                &maps,
+                &sample.truth,
+                &sample.camera,
+                [width, height].into(),
+            )?);
         }
         Ok(frames)
     }

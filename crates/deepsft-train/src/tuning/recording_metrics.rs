@@ -57,11 +57,11 @@ impl RecordingMetrics {
         for frame in &set.frames.held_out {
             let truth = set.truth.get(&frame.index).map(|sample| &sample.truth);
             let region = frame.measured_region(truth)?;
-            let maps = pollster::block_on(network.infer_where(&frame.image, &region, device))?;
+            let maps = pollster::block_on(network.infer(&frame.image, Some(&region), device))?;
             let mut errors = measured.errors(&maps, frame, &region, truth)?;
             if network.says_outside() {
-                let maps = pollster::block_on(network.infer(&[&frame.image], device))?;
-                errors.mask_iou = maps.first().and_then(|maps| iou(&maps.mask(), &region));
+                let maps = pollster::block_on(network.infer(&frame.image, None, device))?;
+                errors.mask_iou = iou(&maps.mask(), &region);
             }
             frames.push(errors);
         }

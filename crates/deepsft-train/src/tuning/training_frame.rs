@@ -48,8 +48,7 @@ impl TrainingFrame {
         device: &Device,
     ) -> Result<Option<(Self, Maps)>, TrainError> {
         let RecordedFrame { image, depth_mm, mask } = recording.frame(index, canonical)?;
-        let mut found = pollster::block_on(network.infer(&[&image], device))?;
-        let Some(mut maps) = found.pop() else { return Ok(None) };
+        let mut maps = pollster::block_on(network.infer(&image, None, device))?;
         for pixel in mask
             .iter()
             .flat_map(|mask| (0..mask.len()).filter(|&pixel| !mask[pixel]))

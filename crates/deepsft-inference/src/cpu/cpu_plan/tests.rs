@@ -4,78 +4,126 @@ use super::*;
 use crate::plan::{Convolution, DenseLayer, Filters, LayerInput};
 
 /// Numbers from -1 to 1 without a pattern.
-struct Numbers(u64);
-
-impl Numbers {
-    fn next(&mut self) -> f32 {
-        self.0 = self
-            .0
+fn numbers(state: &mut u64, count: usize) -> Vec<f32> {
+    let next = |_| {
+        *state = state
             .wrapping_mul(6_364_136_223_846_793_005)
             .wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 40) as f32 / (1 << 23) as f32 - 1.0
-    }
-
-    fn some(&mut self, count: usize) -> Vec<f32> {
-        (0..count).map(|_| self.next()).collect()
-    }
+        (*state >> 40) as f32 / (1 << 23) as f32 - 1.0
+    };
+    (0..count).map(next).collect()
 }
 
-/// A map as it is written down: [channel][row][column].
-#[derive(Clone)]
-struct Plain(MapShape, Vec<f32>);
-
-impl Plain {
-    fn of(shape: MapShape, value: impl Fn(usize, usize, usize) -> f32) -> Self {
-        let value = &value;
-        let places = (0..shape.height).flat_map(|y| (0..shape.width).map(move |x| (y, x)));
-        let values = (0..shape.channels).flat_map(|c| places.clone().map(move |(y, x)| value(c, y, x)));
-        Self(shape, values.collect())
-    }
-
-    fn at(&self, channel: usize, row: usize, column: usize) -> f64 {
-        let MapShape { height, width, .. } = self.0;
-        f64::from(self.1[(channel * height + row) * width + column])
-    }
+/// A plan of one step, and the values of the maps that it reads: [channel][row][column].
+struct Case {
+    plan: Plan,
+    values: Vec<Vec<f32>>,
+    state: u64,
 }
 
-/// The sum of the definition, in double precision.
-fn expected(convolution: &Convolution, inputs: &[Plain], skip: Option<&Plain>, output: MapShape) -> Plain {
-    let Filters {
-        weights,
-        biases,
-        kernel,
-        ..
-    } = &convolution.filters;
-    let read: Vec<(&LayerInput, &Plain, usize)> = (convolution.inputs.iter().zip(inputs))
-        .flat_map(|(input, map)| (0..map.0.channels).map(move |channel| (input, map, channel)))
-        .collect();
-    let border = kernel / 2;
-    let value = |o: usize, y: usize, x: usize| {
-        let mut sum = f64::from(biases[o]);
-        for (c, (input, map, channel)) in read.iter().enumerate() {
-            let [height, width] = input.size(map.0);
-            for i in 0..*kernel {
-                for j in 0..*kernel {
-                    let (row, column) = (y * convolution.stride + i, x * convolution.stride + j);
-                    let (Some(row), Some(column)) = (row.checked_sub(border), column.checked_sub(border)) else {
-                        continue;
-                    };
-                    if row < height && column < width {
-                        let row = (row + input.cropped[0]) / input.factor;
-                        let number = map.at(*channel, row, column / input.factor);
-                        let number = if input.rectified { number.max(0.0) } else { number };
-                        let filter = (o * read.len() + c) * kernel * kernel;
-                        sum += number * f64::from(weights[filter + i * kernel + j]);
+impl Case {
+    fn new(state: u64) -> Self {
+        let (plan, values) = (Plan::default(), Vec::new());
+        Self { plan, values, state }
+    }
+
+    /// A map with any numbers.
+    fn map(&mut self, channels: usize, [height, width]: [usize; 2]) -> MapId {
+        let shape = MapShape::new(channels, height, width);
+        self.values.push(numbers(&mut self.state, channels * shape.area()));
+        self.plan.input(shape)
+    }
+
+    /// A value of a map, `None` outside.
+    fn at(&self, map: MapId, channel: usize, row: usize, column: usize) -> Option<f64> {
+        let MapShape { height, width, .. } = self.plan.shape(map);
+        let inside = row < height && column < width;
+        inside.then(|| f64::from(self.values[map.0][(channel * height + row) * width + column]))
+    }
+
+    /// A value of the step's result by its definition, in double precision.
+    fn defined(&self, o: usize, y: usize, x: usize) -> f64 {
+        let relu = |sum: f64, rectified| if rectified { sum.max(0.0) } else { sum };
+        match &self.plan.steps[0].operation {
+            Operation::Convolve(convolution) => {
+                let Filters {
+                    weights,
+                    biases,
+                    kernel,
+                    ..
+                } = &convolution.filters;
+                let mut weights = weights[weights.len() / biases.len() * o..].iter();
+                let mut sum = f64::from(biases[o]);
+                for input in &convolution.inputs {
+                    let shape = self.plan.shape(input.map);
+                    let [height, width] = input.size(shape);
+                    for (channel, tap) in
+                        (0..shape.channels).flat_map(|c| (0..kernel * kernel).map(move |tap| (c, tap)))
+                    {
+                        let weight = f64::from(*weights.next().unwrap());
+                        let [row, column] = [(y, tap / kernel), (x, tap % kernel)]
+                            .map(|(at, k)| (at * convolution.stride + k).wrapping_sub(kernel / 2));
+                        if row < height && column < width {
+                            let row = (row + input.cropped[0]) / input.factor;
+                            let number = self.at(input.map, channel, row, column / input.factor).unwrap();
+                            sum += weight * relu(number, input.rectified);
+                        }
                     }
                 }
+                if let Some(SkipInput { map, factor, top }) = convolution.skip {
+                    sum += self.at(map, o, (y + top) / factor, x / factor).unwrap();
+                }
+                relu(sum, convolution.rectified)
+            }
+            Operation::Pool(MaxPool { map, stride, border }) => {
+                let window = (0..9).filter_map(|k| {
+                    let [row, column] = [(y, k / 3), (x, k % 3)].map(|(at, k)| (stride * at + k).wrapping_sub(*border));
+                    self.at(*map, o, row, column)
+                });
+                window.fold(f64::NEG_INFINITY, f64::max)
+            }
+            Operation::Dense(dense) => {
+                let weights = dense.weights.chunks_exact(dense.biases.len());
+                let products = weights.zip(&self.values[dense.map.0]);
+                let sum: f64 = products.map(|(row, &value)| f64::from(row[o]) * f64::from(value)).sum();
+                relu(f64::from(dense.biases[o]) + sum, dense.rectified)
+            }
+            Operation::Add(..) => unreachable!(),
+        }
+    }
+
+    /// Compares on every processor and number of threads.
+    fn check(&self, what: &str) {
+        let output = self.plan.steps[0].output;
+        let MapShape {
+            channels,
+            height,
+            width,
+        } = self.plan.shape(output);
+        let (values, area) = (0..channels * height * width, height * width);
+        let expected: Vec<f32> = (values.clone())
+            .map(|index| self.defined(index / area, index % area / width, index % width) as f32)
+            .collect();
+        let largest = expected.iter().fold(1.0_f32, |most, value| most.max(value.abs()));
+        for (arch, threads) in archs().into_iter().flat_map(|arch| [(arch, 1), (arch, 3), (arch, 8)]) {
+            let mut cpu = CpuPlan::with_arch(arch, self.plan.clone(), &[output], threads);
+            for (map, values) in self.values.iter().enumerate() {
+                let (pitch, area) = (cpu.pitch(MapId(map)), self.plan.shape(MapId(map)).area());
+                for (index, &value) in values.iter().enumerate() {
+                    cpu.values_mut(MapId(map))[index % area * pitch + index / area] = value;
+                }
+            }
+            cpu.run(0..1);
+            let (pitch, ours) = (cpu.pitch(output), cpu.values(output));
+            for index in values.clone() {
+                let (ours, value) = (ours[index % area * pitch + index / area], expected[index]);
+                assert!(
+                    (ours - value).abs() < 1e-5 * largest,
+                    "{arch:?}, {threads} threads, {what}, at {index}: {ours} for {value}"
+                );
             }
         }
-        if let (Some(map), Some(SkipInput { factor, top, .. })) = (skip, convolution.skip) {
-            sum += map.at(o, (y + top) / factor, x / factor);
-        }
-        (if convolution.rectified { sum.max(0.0) } else { sum }) as f32
-    };
-    Plain::of(output, value)
+    }
 }
 
 fn archs() -> Vec<Arch> {
@@ -89,108 +137,43 @@ fn archs() -> Vec<Arch> {
     vec![Arch::Scalar, Arch::new()]
 }
 
-fn write(cpu: &mut CpuPlan, map: MapId, plain: &Plain) {
-    let pitch = cpu.pitch(map);
-    let MapShape { height, width, .. } = plain.0;
-    for (index, &value) in plain.1.iter().enumerate() {
-        let (channel, place) = (index / (height * width), index % (height * width));
-        cpu.values_mut(map)[place * pitch + channel] = value;
-    }
-}
-
-/// A plan of one step, its inputs' values, and what has to come out.
-struct Case {
-    plan: Plan,
-    given: Vec<(MapId, Plain)>,
-    output: MapId,
-    expected: Plain,
-}
-
-impl Case {
-    /// Compares on every processor and number of threads.
-    fn check(&self, what: &str) {
-        for (arch, threads) in archs().into_iter().flat_map(|arch| [(arch, 1), (arch, 3), (arch, 8)]) {
-            let mut cpu = CpuPlan::with_arch(arch, self.plan.clone(), &[self.output], threads);
-            self.given.iter().for_each(|(map, plain)| write(&mut cpu, *map, plain));
-            cpu.run(0..1);
-            assert_eq!(cpu.shape(self.output), self.expected.0, "{what}");
-            let pitch = cpu.pitch(self.output);
-            let places = self.expected.0.height * self.expected.0.width;
-            let largest = self
-                .expected
-                .1
-                .iter()
-                .fold(1.0_f32, |most, value| most.max(value.abs()));
-            for (index, value) in self.expected.1.iter().enumerate() {
-                let ours = cpu.values(self.output)[index % places * pitch + index / places];
-                assert!(
-                    (ours - value).abs() < 1e-5 * largest,
-                    "{arch:?}, {threads} threads, {what}, at {index}: {ours} for {value}"
-                );
-            }
-        }
-    }
-}
-
-/// A map with any numbers.
-fn given(plan: &mut Plan, numbers: &mut Numbers, shape: MapShape) -> (MapId, Plain) {
-    let values = numbers.some(shape.channels * shape.area());
-    (plan.input(shape), Plain(shape, values))
-}
-
 /// Channels of the inputs, their rows and columns, and how they are read (up-sampling, rows cropped); outputs, kernel, stride;
 /// up-sampling and first row of the skip input, none for 0.
 type Shapes<'a> = (&'a [usize], [usize; 2], (usize, [usize; 2]), [usize; 3], [usize; 2]);
 
-fn convolution((channels, [height, width], (factor, cropped), [outputs, kernel, stride], skip): Shapes<'_>) -> Case {
-    let (mut plan, mut numbers) = (Plan::default(), Numbers(3));
-    let mut inputs: Vec<(MapId, Plain)> = (channels.iter())
-        .map(|&channels| given(&mut plan, &mut numbers, MapShape::new(channels, height, width)))
-        .collect();
-    let [rows, columns] = [factor * height - cropped[0] - cropped[1], factor * width].map(|side| side.div_ceil(stride));
-    let [skip, top] = skip;
-    let plain_skip = (skip > 0).then(|| {
-        let [rows, columns] = [rows + top, columns].map(|side| side.div_ceil(skip));
-        given(&mut plan, &mut numbers, MapShape::new(outputs, rows, columns))
-    });
-    let fan_in = channels.iter().sum::<usize>() * kernel * kernel;
-    let read = |(k, (map, _)): (usize, &(MapId, Plain))| LayerInput {
-        map: *map,
+fn convolution((channels, size, (factor, cropped), [outputs, kernel, stride], [skip, top]): Shapes<'_>) -> Case {
+    let mut case = Case::new(3);
+    let read = |(k, &channels): (usize, &usize)| LayerInput {
+        map: case.map(channels, size),
         rectified: k % 2 == 0,
         factor,
         cropped,
     };
+    let inputs: Vec<LayerInput> = channels.iter().enumerate().map(read).collect();
+    let [rows, columns] = inputs[0]
+        .size(case.plan.shape(inputs[0].map))
+        .map(|side| side.div_ceil(stride));
+    let skip = (skip > 0).then(|| SkipInput {
+        map: case.map(outputs, [rows + top, columns].map(|side| side.div_ceil(skip))),
+        factor: skip,
+        top,
+    });
+    let fan_in = channels.iter().sum::<usize>() * kernel * kernel;
+    let filters = Filters {
+        weights: numbers(&mut case.state, outputs * fan_in),
+        biases: numbers(&mut case.state, outputs),
+        inputs: channels.iter().sum(),
+        kernel,
+    };
     let convolution = Convolution {
-        inputs: inputs.iter().enumerate().map(read).collect(),
-        filters: Filters {
-            weights: numbers.some(outputs * fan_in),
-            biases: numbers.some(outputs),
-            inputs: channels.iter().sum(),
-            kernel,
-        },
+        inputs,
+        filters,
         stride,
-        skip: plain_skip.as_ref().map(|(map, _)| SkipInput {
-            map: *map,
-            factor: skip,
-            top,
-        }),
+        skip,
         rectified: outputs % 2 == 0,
     };
-    let output = plan.convolve(convolution.clone()).unwrap();
-    let plains: Vec<Plain> = inputs.iter().map(|(_, plain)| plain.clone()).collect();
-    let expected = expected(
-        &convolution,
-        &plains,
-        plain_skip.as_ref().map(|(_, plain)| plain),
-        plan.shape(output),
-    );
-    inputs.extend(plain_skip);
-    Case {
-        plan,
-        given: inputs,
-        output,
-        expected,
-    }
+    case.plan.convolve(convolution).unwrap();
+    case
 }
 
 #[test]
@@ -225,62 +208,28 @@ fn convolutions_are_the_sums_of_their_definition_on_every_processor_and_number_o
 
 #[test]
 fn poolings_are_the_largest_values_and_never_those_outside() {
-    for (channels, height, width, stride, border) in [(20, 9, 13, 3, 0), (33, 8, 7, 2, 1), (5, 7, 8, 3, 1)] {
-        let (mut plan, mut numbers) = (Plan::default(), Numbers(5));
-        let (map, mut plain) = given(&mut plan, &mut numbers, MapShape::new(channels, height, width));
+    for (channels, size, stride, border) in [(20, [9, 13], 3, 0), (33, [8, 7], 2, 1), (5, [7, 8], 3, 1)] {
+        let mut case = Case::new(5);
+        let map = case.map(channels, size);
         // All negative: a border of zeros would win.
-        plain.1.iter_mut().for_each(|value| *value -= 2.0);
-        let output = plan.pool(MaxPool { map, stride, border }).unwrap();
-        let value = |c: usize, y: usize, x: usize| {
-            let around = |at: usize, side: usize| {
-                (stride * at..stride * at + 3).filter_map(move |k| k.checked_sub(border).filter(|&k| k < side))
-            };
-            let window = around(y, height).flat_map(|row| around(x, width).map(move |column| (row, column)));
-            let values = window.map(|(row, column)| plain.at(c, row, column));
-            values.fold(f64::NEG_INFINITY, f64::max) as f32
-        };
-        let expected = Plain::of(plan.shape(output), value);
-        let given = vec![(map, plain)];
-        let case = Case {
-            plan,
-            given,
-            output,
-            expected,
-        };
+        case.values[0].iter_mut().for_each(|value| *value -= 2.0);
+        case.plan.pool(MaxPool { map, stride, border }).unwrap();
         case.check("pooling");
     }
 }
 
 #[test]
 fn dense_layers_read_all_values_of_a_map() {
-    for (shape, outputs) in [
-        (MapShape::new(20, 3, 5), 50),
-        (MapShape::new(200, 1, 1), 300),
-        (MapShape::new(3, 2, 1), 4),
-    ] {
-        let (mut plan, mut numbers) = (Plan::default(), Numbers(7));
-        let (map, plain) = given(&mut plan, &mut numbers, shape);
+    for (channels, size, outputs) in [(20, [3, 5], 50), (200, [1, 1], 300), (3, [2, 1], 4)] {
+        let mut case = Case::new(7);
+        let map = case.map(channels, size);
         let dense = DenseLayer {
             map,
-            weights: numbers.some(plain.1.len() * outputs),
-            biases: numbers.some(outputs),
+            weights: numbers(&mut case.state, case.values[0].len() * outputs),
+            biases: numbers(&mut case.state, outputs),
             rectified: outputs > 200,
         };
-        let output = plan.dense(dense.clone()).unwrap();
-        let value = |o: usize, _, _| {
-            let weights = dense.weights.chunks_exact(outputs).map(|row| f64::from(row[o]));
-            let products = weights.zip(&plain.1).map(|(weight, &value)| weight * f64::from(value));
-            let sum = f64::from(dense.biases[o]) + products.sum::<f64>();
-            (if dense.rectified { sum.max(0.0) } else { sum }) as f32
-        };
-        let expected = Plain::of(plan.shape(output), value);
-        let given = vec![(map, plain.clone())];
-        let case = Case {
-            plan,
-            given,
-            output,
-            expected,
-        };
+        case.plan.dense(dense).unwrap();
         case.check("dense layer");
     }
 }

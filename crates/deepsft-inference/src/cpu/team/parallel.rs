@@ -9,16 +9,16 @@ pub(crate) trait Partition: Send + Sized {
     fn split(self, chunks: usize) -> [Self; 2];
 }
 
-/// Numbers in chunks of `length`; the first chunk lacks `missing` of them, and the last may be shorter, too.
-pub(crate) struct Chunks<'a> {
-    pub(crate) values: &'a mut [f32],
+/// Values in chunks of `length`; the first chunk lacks `missing` of them, and the last may be shorter, too.
+pub(crate) struct Chunks<'a, T = f32> {
+    pub(crate) values: &'a mut [T],
     pub(crate) length: usize,
     pub(crate) missing: usize,
 }
 
-impl<'a> Chunks<'a> {
-    /// Divides `values` into chunks of `length` numbers.
-    pub(crate) fn whole(values: &'a mut [f32], length: usize) -> Self {
+impl<'a, T> Chunks<'a, T> {
+    /// Divides `values` into chunks of `length` values.
+    pub(crate) fn whole(values: &'a mut [T], length: usize) -> Self {
         let missing = 0;
         Self {
             values,
@@ -28,7 +28,7 @@ impl<'a> Chunks<'a> {
     }
 }
 
-impl Partition for Chunks<'_> {
+impl<T: Send> Partition for Chunks<'_, T> {
     fn split(self, chunks: usize) -> [Self; 2] {
         let (length, missing) = (self.length, self.missing);
         let (above, below) = if chunks == 0 { (0, missing) } else { (missing, 0) };
@@ -39,6 +39,13 @@ impl Partition for Chunks<'_> {
             length,
             missing,
         })
+    }
+}
+
+impl<A: Partition, B: Partition> Partition for (A, B) {
+    fn split(self, chunks: usize) -> [Self; 2] {
+        let ([a, rest_a], [b, rest_b]) = (self.0.split(chunks), self.1.split(chunks));
+        [(a, b), (rest_a, rest_b)]
     }
 }
 

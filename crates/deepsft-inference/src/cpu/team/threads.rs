@@ -1,6 +1,5 @@
 //! The team where there are threads: a pool of this crate's own, which serves one frame at a time.
 
-use super::affinity::Cores;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::cell::Cell;
 use std::panic::resume_unwind;
@@ -33,28 +32,20 @@ thread_local! {
     static IN_WORK: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Sets [`IN_WORK`] to a value when it is dropped, also after a panic.
-struct RestoreInWork(bool);
+/// Does something when it is dropped, also after a panic.
+struct OnDrop<F: Fn()>(F);
 
-impl Drop for RestoreInWork {
+impl<F: Fn()> Drop for OnDrop<F> {
     fn drop(&mut self) {
-        IN_WORK.set(self.0);
+        (self.0)();
     }
 }
 
 /// Runs a part of a frame's work.
 fn as_work<R>(work: impl FnOnce() -> R) -> R {
-    let _restore = RestoreInWork(IN_WORK.replace(true));
+    let before = IN_WORK.replace(true);
+    let _restore = OnDrop(|| IN_WORK.set(before));
     work()
-}
-
-/// Sets a flag to a value when it is dropped, also after a panic.
-struct SetOnDrop<'a>(&'a AtomicBool, bool);
-
-impl Drop for SetOnDrop<'_> {
-    fn drop(&mut self) {
-        self.0.store(self.1, Ordering::Release);
-    }
 }
 
 /// Returns the number of threads that a network can use: as many as rayon's current pool has, at most 8; one in a browser.
@@ -75,13 +66,13 @@ pub(super) fn join<A: Send, B: Send>(a: impl FnOnce() -> A + Send, b: impl FnOnc
     }
 }
 
-/// Runs `work` on the team, `threads` of whose threads stay awake meanwhile, each on a core of its own: a part of a layer takes less
-/// time than a thread needs to wake up. While another frame has the team, `work` runs on the calling thread alone.
+/// Runs `work` on the team, `threads` of whose threads stay awake meanwhile: a part of a layer takes less time than a thread needs
+/// to wake up. While another frame has the team, `work` runs on the calling thread alone.
 pub(crate) fn with_team<R: Send>(threads: usize, work: impl FnOnce() -> R + Send) -> R {
     if threads <= 1 || is_member() || IS_TAKEN.swap(true, Ordering::Acquire) {
         return work();
     }
-    let _taken = SetOnDrop(&IS_TAKEN, false);
+    let _taken = OnDrop(|| IS_TAKEN.store(false, Ordering::Release));
     let Some(team) = &*TEAM else {
         return work();
     };
@@ -96,30 +87,23 @@ pub(crate) fn with_team<R: Send>(threads: usize, work: impl FnOnce() -> R + Send
 
 /// Runs `work` while `threads` threads of the team, this one included, spin for its parts.
 fn keep_awake<R: Send>(threads: usize, work: impl FnOnce() -> R + Send) -> R {
-    let (done, cores) = (AtomicBool::new(false), Cores::default());
+    let done = AtomicBool::new(false);
     let work = || {
-        let (_done, _pinned) = (SetOnDrop(&done, true), cores.pin());
-        // Who was woken on this core can leave it now.
-        std::thread::yield_now();
+        let _done = OnDrop(|| done.store(true, Ordering::Release));
         as_work(work)
     };
-    rayon::join(work, || spin(threads - 1, &cores, &done)).0
+    rayon::join(work, || spin(threads - 1, &done)).0
 }
 
-fn spin(threads: usize, cores: &Cores, done: &AtomicBool) {
+fn spin(threads: usize, done: &AtomicBool) {
     // A thread that waits for a part of its work may be given this job: it must not wait in it for its own end.
     if IN_WORK.get() {
         return;
     }
     if threads > 1 {
-        rayon::join(|| spin(1, cores, done), || spin(threads - 1, cores, done));
+        rayon::join(|| spin(1, done), || spin(threads - 1, done));
         return;
     }
-    // Where nobody else took this on, the work is done.
-    if done.load(Ordering::Acquire) {
-        return;
-    }
-    let _pinned = cores.pin();
     let mut in_vain = 0;
     while !done.load(Ordering::Acquire) {
         if rayon::yield_now() == Some(rayon::Yield::Executed) {
@@ -143,7 +127,7 @@ mod tests {
     fn a_thread_that_waits_for_its_own_work_does_not_spin_until_that_ends() {
         let (sender, receiver) = mpsc::channel();
         std::thread::spawn(move || {
-            as_work(|| spin(3, &Cores::default(), &AtomicBool::new(false)));
+            as_work(|| spin(3, &AtomicBool::new(false)));
             sender.send(IN_WORK.get())
         });
         assert_eq!(receiver.recv_timeout(Duration::from_secs(60)), Ok(false));

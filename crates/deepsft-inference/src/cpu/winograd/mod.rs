@@ -17,4 +17,4 @@ mod transforms;
 pub(crate) use convolution::Winograd;
 #[cfg(feature = "webgpu")]
 pub(crate) use filters::{POINTS, READ, TILE, filter_transform};
-pub use transforms::{winograd_input_transform, winograd_output_transform};
+pub use transforms::{InputLines, LineTransform, OutputLines, both_ways, plus};

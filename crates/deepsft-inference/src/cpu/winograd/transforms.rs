@@ -54,8 +54,8 @@ impl InputTransform<'_> {
                     }
                 }
                 for channel in (0..pitch).step_by(S::F32_LANES) {
-                    let mut rows = [[zero; READ]; READ];
-                    for (row, positions) in rows.iter_mut().zip(&positions) {
+                    let mut numbers = [[zero; READ]; READ];
+                    for (row, positions) in numbers.iter_mut().zip(&positions) {
                         for (number, position) in row.iter_mut().zip(positions) {
                             if let Some(position) = position {
                                 let value = vector::<S>(map.values, position + channel);
@@ -66,17 +66,11 @@ impl InputTransform<'_> {
                                 };
                             }
                         }
-                        *row = winograd_input_transform(simd, *row);
                     }
-                    for j in 0..READ {
-                        let mut column = [zero; READ];
-                        for (number, row) in column.iter_mut().zip(&rows) {
-                            *number = row[j];
-                        }
-                        for (i, value) in winograd_input_transform(simd, column).into_iter().enumerate() {
-                            let at = (i * READ + j) * point_pitch + first_channel + channel;
-                            S::as_mut_simd_f32s(&mut read[at..at + S::F32_LANES]).0[0] = value;
-                        }
+                    let points = both_ways::<S, InputLines, READ, READ>(simd, numbers);
+                    for (point, &value) in points.as_flattened().iter().enumerate() {
+                        let at = point * point_pitch + first_channel + channel;
+                        S::as_mut_simd_f32s(&mut read[at..at + S::F32_LANES]).0[0] = value;
                     }
                 }
             }
@@ -125,28 +119,23 @@ impl OutputTransform<'_> {
             let (tile_row, tile_column) = (TILE * (tile / across), TILE * (tile % across));
             for kind in 0..factor * factor {
                 for channel in (0..pitch).step_by(S::F32_LANES) {
-                    let mut rows = [[zero; READ]; TILE];
-                    for j in 0..READ {
-                        let mut column = [zero; READ];
+                    let at = (tile - self.first_tile) * outputs + kind * pitch + channel;
+                    let mut columns = [[zero; READ]; READ];
+                    for (j, column) in columns.iter_mut().enumerate() {
                         for (i, number) in column.iter_mut().enumerate() {
-                            let at = (tile - self.first_tile) * outputs + kind * pitch + channel;
                             *number = vector::<S>(products, (i * READ + j) * point_pitch + at);
                         }
-                        let column: [S::f32s; TILE] = winograd_output_transform(simd, column);
-                        for (row, value) in rows.iter_mut().zip(column) {
-                            row[j] = value;
-                        }
                     }
-                    for (i, row) in rows.into_iter().enumerate() {
+                    let columns: [[S::f32s; TILE]; TILE] = both_ways::<S, OutputLines, READ, TILE>(simd, columns);
+                    for i in 0..TILE {
                         let y = (factor * (tile_row + i) + kind / factor).checked_sub(tiling.missing);
                         let Some(y) = y.filter(|&y| y < tiling.height) else {
                             continue;
                         };
-                        let row: [S::f32s; TILE] = winograd_output_transform(simd, row);
-                        for (j, sums) in row.into_iter().enumerate() {
+                        for (j, column) in columns.iter().enumerate() {
                             let x = factor * (tile_column + j) + kind % factor;
                             if x < width {
-                                let value = layer.finished(simd, sums, layer.skip(y, x), channel);
+                                let value = layer.finished(simd, column[i], layer.skip(y, x), channel);
                                 let at = ((y - first_row) * width + x) * pitch + channel;
                                 S::as_mut_simd_f32s(&mut out[at..at + S::F32_LANES]).0[0] = value;
                             }
@@ -158,51 +147,87 @@ impl OutputTransform<'_> {
     }
 }
 
-/// Transforms a row or column of what a tile reads to the points (B^T): 6 numbers for tiles of 4, 4 for tiles of 2.
-#[inline(always)]
-pub fn winograd_input_transform<S: Simd, const READ: usize>(simd: S, d: [S::f32s; READ]) -> [S::f32s; READ] {
-    let mut points = d;
-    if READ == 4 {
-        points[0] = simd.sub_f32s(d[0], d[2]);
-        points[1] = simd.add_f32s(d[1], d[2]);
-        points[2] = simd.sub_f32s(d[2], d[1]);
-        points[3] = simd.sub_f32s(d[3], d[1]);
-        return points;
-    }
-    let (a, b) = (plus(simd, d[4], -4.0, d[2]), plus(simd, d[3], -4.0, d[1]));
-    let (c, e) = (simd.sub_f32s(d[4], d[2]), simd.sub_f32s(d[3], d[1]));
-    points[0] = plus(simd, plus(simd, d[4], -5.0, d[2]), 4.0, d[0]);
-    points[1] = simd.add_f32s(a, b);
-    points[2] = simd.sub_f32s(a, b);
-    points[3] = plus(simd, c, 2.0, e);
-    points[4] = plus(simd, c, -2.0, e);
-    points[5] = plus(simd, plus(simd, d[5], -5.0, d[3]), 4.0, d[1]);
-    points
+/// A linear map of a tile's rows and columns. No closure: those are not compiled for the processor's vectors.
+pub trait LineTransform<const FROM: usize, const TO: usize> {
+    /// Transforms a row or a column.
+    fn line<S: Simd>(simd: S, line: [S::f32s; FROM]) -> [S::f32s; TO];
 }
 
-/// Transforms the sums at the points of a row or column to the tile's positions (A^T): 4 of 6, or 2 of 4.
+/// Transforms the rows of a tile, then the columns: M X M^T.
 #[inline(always)]
-pub fn winograd_output_transform<S: Simd, const TILE: usize, const READ: usize>(
+pub fn both_ways<S: Simd, M: LineTransform<FROM, TO>, const FROM: usize, const TO: usize>(
     simd: S,
-    m: [S::f32s; READ],
-) -> [S::f32s; TILE] {
-    let mut positions = [m[0]; TILE];
-    let (a, b) = (simd.add_f32s(m[1], m[2]), simd.sub_f32s(m[1], m[2]));
-    if TILE == 2 {
-        positions[0] = simd.add_f32s(m[0], a);
-        positions[1] = simd.add_f32s(b, m[3]);
-        return positions;
+    tile: [[S::f32s; FROM]; FROM],
+) -> [[S::f32s; TO]; TO] {
+    let zero = simd.splat_f32s(0.0);
+    let (mut rows, mut transformed) = ([[zero; TO]; FROM], [[zero; TO]; TO]);
+    for (row, line) in rows.iter_mut().zip(tile) {
+        *row = M::line(simd, line);
     }
-    let (c, d) = (simd.add_f32s(m[3], m[4]), simd.sub_f32s(m[3], m[4]));
-    positions[0] = simd.add_f32s(simd.add_f32s(m[0], a), c);
-    positions[1] = plus(simd, b, 2.0, d);
-    positions[2] = plus(simd, a, 4.0, c);
-    positions[3] = simd.add_f32s(plus(simd, b, 8.0, d), m[5]);
-    positions
+    for j in 0..TO {
+        let mut column = [zero; FROM];
+        for (number, row) in column.iter_mut().zip(&rows) {
+            *number = row[j];
+        }
+        for (row, value) in transformed.iter_mut().zip(M::line(simd, column)) {
+            row[j] = value;
+        }
+    }
+    transformed
 }
 
-/// a + factor b
+/// Takes what a tile reads to the points (B^T): 6 numbers for tiles of 4, 4 for tiles of 2.
+#[derive(Debug)]
+pub struct InputLines;
+
+impl<const READ: usize> LineTransform<READ, READ> for InputLines {
+    #[inline(always)]
+    fn line<S: Simd>(simd: S, d: [S::f32s; READ]) -> [S::f32s; READ] {
+        let mut points = d;
+        if READ == 4 {
+            points[0] = simd.sub_f32s(d[0], d[2]);
+            points[1] = simd.add_f32s(d[1], d[2]);
+            points[2] = simd.sub_f32s(d[2], d[1]);
+            points[3] = simd.sub_f32s(d[3], d[1]);
+            return points;
+        }
+        let (a, b) = (plus(simd, d[4], -4.0, d[2]), plus(simd, d[3], -4.0, d[1]));
+        let (c, e) = (simd.sub_f32s(d[4], d[2]), simd.sub_f32s(d[3], d[1]));
+        points[0] = plus(simd, plus(simd, d[4], -5.0, d[2]), 4.0, d[0]);
+        points[1] = simd.add_f32s(a, b);
+        points[2] = simd.sub_f32s(a, b);
+        points[3] = plus(simd, c, 2.0, e);
+        points[4] = plus(simd, c, -2.0, e);
+        points[5] = plus(simd, plus(simd, d[5], -5.0, d[3]), 4.0, d[1]);
+        points
+    }
+}
+
+/// Takes sums at the points to the tile's positions (A^T): 4 of 6, or 2 of 4.
+#[derive(Debug)]
+pub struct OutputLines;
+
+impl<const READ: usize, const TILE: usize> LineTransform<READ, TILE> for OutputLines {
+    #[inline(always)]
+    fn line<S: Simd>(simd: S, m: [S::f32s; READ]) -> [S::f32s; TILE] {
+        let mut positions = [m[0]; TILE];
+        let (a, b) = (simd.add_f32s(m[1], m[2]), simd.sub_f32s(m[1], m[2]));
+        if TILE == 2 {
+            positions[0] = simd.add_f32s(m[0], a);
+            positions[1] = simd.add_f32s(b, m[3]);
+            return positions;
+        }
+        let (c, d) = (simd.add_f32s(m[3], m[4]), simd.sub_f32s(m[3], m[4]));
+        positions[0] = simd.add_f32s(simd.add_f32s(m[0], a), c);
+        positions[1] = plus(simd, b, 2.0, d);
+        positions[2] = plus(simd, a, 4.0, c);
+        positions[3] = simd.add_f32s(plus(simd, b, 8.0, d), m[5]);
+        positions
+    }
+}
+
+/// Returns a + factor b.
 #[inline(always)]
-fn plus<S: Simd>(simd: S, a: S::f32s, factor: f32, b: S::f32s) -> S::f32s {
+pub fn plus<S: Simd>(simd: S, a: S::f32s, factor: f32, b: S::f32s) -> S::f32s {
     simd.mul_add_e_f32s(simd.splat_f32s(factor), b, a)
 }
