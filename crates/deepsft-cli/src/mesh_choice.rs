@@ -21,8 +21,14 @@ impl MeshChoice {
     pub fn prepare(self, template: &Template) -> Result<Option<MeshRecovery>> {
         Ok(match self {
             Self::None => None,
-            Self::Fit => Some(FrameFitter::new(template, FitOptions::default())?.into()),
-            Self::Complete => Some(MapsCompletion::new(template.mesh(), CompletionOptions::default())?.into()),
+            Self::Fit => {
+                let fitter = FrameFitter::new(template, FitOptions::default())?;
+                Some(MeshRecovery::Fit(Box::new(fitter)))
+            }
+            Self::Complete => {
+                let completion = MapsCompletion::new(template.mesh(), CompletionOptions::default())?;
+                Some(MeshRecovery::Completion(Box::new(completion)))
+            }
         })
     }
 }

@@ -8,10 +8,7 @@ use crate::matching::{Match, matches};
 use crate::sheet_solver::SheetSolver;
 use crate::target::PictureTarget;
 use deepsft_geometry::glam::DVec3;
-use deepsft_geometry::{Camera, GeometryError, Template};
-
-/// Focal length, in pixels, of the image in which the distances below are pixels: the canonical one.
-const FOCAL: f64 = 380.0;
+use deepsft_geometry::{Camera, GeometryError, TRAINING_FOCAL, Template};
 
 /// Fewest matches that a mesh is fitted to.
 const FEWEST: usize = 6;
@@ -181,5 +178,5 @@ impl FeatureFinder {
 
 /// Pixels of the camera's image per pixel of the canonical one.
 fn pixel(camera: &Camera) -> f64 {
-    camera.focal().x / FOCAL
+    camera.focal().x / TRAINING_FOCAL
 }

@@ -22,21 +22,13 @@ pub enum GeometryError {
         /// What would have been accepted.
         expected: &'static str,
     },
-    /// A picture's buffer does not have the size its width and height ask for.
-    #[error("picture of {size} pixels has {actual} bytes, expected {expected}")]
+    /// A picture has no pixels, or its buffer does not have the size its width and height ask for.
+    #[error("picture of {size} pixels has {actual} bytes, expected at least 1 pixel and 3 bytes for each")]
     PictureSize {
         /// Size of the picture.
         size: ImageSize,
         /// Bytes met.
         actual: usize,
-        /// Bytes expected: 3 per pixel.
-        expected: usize,
-    },
-    /// A picture has no pixels.
-    #[error("picture is empty ({size} pixels)")]
-    PictureEmpty {
-        /// Size of the picture.
-        size: ImageSize,
     },
     /// A weight, deviation or robust scale is not a number it can be.
     #[error(

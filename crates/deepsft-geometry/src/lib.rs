@@ -38,7 +38,9 @@ mod unrolling;
 mod verdict;
 
 pub use calibration::{CalibratedCamera, SelfCalibration, SelfCalibrationOptions};
-pub use camera::{CANONICAL_HEIGHT, CANONICAL_WIDTH, Camera, CanonicalWarp, Lens, canonical_camera, training_camera};
+pub use camera::{
+    CANONICAL_HEIGHT, CANONICAL_WIDTH, Camera, CanonicalWarp, Lens, TRAINING_FOCAL, canonical_camera, training_camera,
+};
 pub use canonical_views::CanonicalViews;
 pub use completion::{
     ArapCompletion, Completion, CompletionEnergy, CompletionOptions, CompletionReport, MapsCompletion, VertexPoint,

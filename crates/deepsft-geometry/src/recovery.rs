@@ -29,15 +29,3 @@ impl MeshRecovery {
         }
     }
 }
-
-impl From<FrameFitter> for MeshRecovery {
-    fn from(fitter: FrameFitter) -> Self {
-        Self::Fit(Box::new(fitter))
-    }
-}
-
-impl From<MapsCompletion> for MeshRecovery {
-    fn from(completion: MapsCompletion) -> Self {
-        Self::Completion(Box::new(completion))
-    }
-}

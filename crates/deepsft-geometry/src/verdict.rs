@@ -9,7 +9,7 @@ const AMBIGUOUS: f64 = 0.5;
 const MIN_EXPLAINED_IF_AMBIGUOUS: f64 = 0.7;
 const MAX_AMBIGUITY: f64 = 0.94;
 
-/// Least explained fraction times confirmed pixels: a large sheet has to show less of itself than a small one. On frames with
+/// Least explained fraction times confirmed pixels of the canonical image: a large sheet has to show less of itself than a small one. On frames with
 /// another print the product has reached 1,800, on a nearly black one 2,300; of right fits one in a hundred has less than 2,500.
 const MIN_EVIDENCE_PX: f64 = 2500.0;
 
@@ -20,7 +20,7 @@ pub struct Verdict {
     pub correlation: f64,
     /// Fraction of the visible print with contrast that the image confirms.
     pub explained: f64,
-    /// Pixels of the image that confirm the mesh, about.
+    /// Pixels of the canonical image that confirm the mesh, about.
     pub confirmed_px: f64,
     /// What the image confirms of the next best place where the print looks alike, as a fraction of this one. Near 1 nothing tells
     /// the two apart; 1 also where the fit was too bad to be tried elsewhere. `None` for a print that looks like itself nowhere
@@ -41,7 +41,7 @@ impl Verdict {
     }
 
     /// The evidence for the mesh: explained fraction times confirmed pixels.
-    pub fn evidence_px(&self) -> f64 {
+    fn evidence_px(&self) -> f64 {
         self.explained * self.confirmed_px
     }
 }

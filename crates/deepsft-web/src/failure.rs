@@ -79,9 +79,9 @@ impl Failure {
                 Code::CameraIntrinsics,
                 format!("The camera's intrinsics cannot be used: {error}."),
             ),
-            DeepSftError::Geometry(
-                GeometryError::PictureEmpty { .. } | GeometryError::PictureSize { .. } | GeometryError::MapSize { .. },
-            ) => Self::new(Code::ImageUnreadable, format!("The image cannot be used: {error}.")),
+            DeepSftError::Geometry(GeometryError::PictureSize { .. } | GeometryError::MapSize { .. }) => {
+                Self::new(Code::ImageUnreadable, format!("The image cannot be used: {error}."))
+            }
             DeepSftError::Execution { .. } if on_gpu => Self::new(Code::GpuLost, format!("The GPU was lost: {error}.")),
             _ => Self::new(Code::Internal, format!("The frame could not be worked on: {error}.")),
         }

@@ -14,7 +14,7 @@ pub const CANONICAL_HEIGHT: usize = 270;
 
 /// Focal length of the training camera, pixels of the canonical image: 0.79 of its long side, what a
 /// typical phone has (our choice; the paper used its Kinect's).
-const TRAINING_FOCAL: f64 = 380.0;
+pub const TRAINING_FOCAL: f64 = 380.0;
 
 /// Value of canonical pixels that lie outside the camera's image.
 const OUTSIDE_IMAGE: u8 = 0;
@@ -63,16 +63,6 @@ impl CanonicalWarp {
             canonical: *canonical,
             taps: (scale.ceil() as usize).clamp(1, MAX_TAPS),
         }
-    }
-
-    /// The source camera.
-    pub fn source(&self) -> &Camera {
-        &self.source
-    }
-
-    /// The canonical camera.
-    pub fn canonical(&self) -> &Camera {
-        &self.canonical
     }
 
     /// Source image position in pixels of a canonical image position in pixels; `None` where the source's lens sees nothing.

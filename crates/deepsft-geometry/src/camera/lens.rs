@@ -28,7 +28,7 @@ impl Lens {
     ///
     /// # Errors
     /// [`GeometryError::CameraParameter`] when a coefficient is not finite.
-    pub fn polynomial(coefficients: [f64; 5]) -> Result<Self, GeometryError> {
+    pub(super) fn polynomial(coefficients: [f64; 5]) -> Result<Self, GeometryError> {
         check_finite(["k1", "k2", "p1", "p2", "k3"], coefficients)?;
         Ok(match coefficients == [0.0; 5] {
             true => Self::Pinhole,
@@ -40,7 +40,7 @@ impl Lens {
     ///
     /// # Errors
     /// [`GeometryError::CameraParameter`] when a coefficient is not finite.
-    pub fn fisheye(coefficients: [f64; 4]) -> Result<Self, GeometryError> {
+    pub(super) fn fisheye(coefficients: [f64; 4]) -> Result<Self, GeometryError> {
         check_finite(["k1", "k2", "k3", "k4"], coefficients)?;
         Ok(Self::Fisheye(coefficients))
     }
@@ -60,11 +60,15 @@ impl Lens {
             Self::Pinhole => f64::INFINITY,
             Self::Polynomial([k1, k2, _, _, k3]) => {
                 let slope = [1.0, 3.0 * k1, 5.0 * k2, 7.0 * k3];
-                first_root(&slope, LONGEST_RAY_SQUARED).map_or(f64::INFINITY, f64::sqrt)
+                roots(&slope, LONGEST_RAY_SQUARED)
+                    .first()
+                    .map_or(f64::INFINITY, |square| square.sqrt())
             }
             Self::Fisheye([k1, k2, k3, k4]) => {
                 let slope = [1.0, 3.0 * k1, 5.0 * k2, 7.0 * k3, 9.0 * k4];
-                first_root(&slope, FRAC_PI_2 * FRAC_PI_2).map_or(f64::INFINITY, |square| square.sqrt().tan())
+                roots(&slope, FRAC_PI_2 * FRAC_PI_2)
+                    .first()
+                    .map_or(f64::INFINITY, |square| square.sqrt().tan())
             }
         }
     }
@@ -204,11 +208,6 @@ fn increasing_inverse(at: impl Fn(f64) -> (f64, f64), value: f64, end: f64) -> f
         };
     }
     place
-}
-
-/// The smallest root of a polynomial (lowest power first) in (0, `end`], if it has one.
-fn first_root(polynomial: &[f64], end: f64) -> Option<f64> {
-    roots(polynomial, end).first().copied()
 }
 
 /// The roots of odd order of a polynomial (lowest power first) in (0, `end`], ascending: between two neighbouring roots of

@@ -4,6 +4,8 @@ mod canonical;
 mod lens;
 mod pinhole;
 
-pub use canonical::{CANONICAL_HEIGHT, CANONICAL_WIDTH, CanonicalWarp, canonical_camera, training_camera};
+pub use canonical::{
+    CANONICAL_HEIGHT, CANONICAL_WIDTH, CanonicalWarp, TRAINING_FOCAL, canonical_camera, training_camera,
+};
 pub use lens::Lens;
 pub use pinhole::Camera;

@@ -63,7 +63,6 @@ pub struct ArapCompletion {
     prior: ArapCells,
     components: Components,
     matrix: Stiffness,
-    quasi_newton: QuasiNewton,
     /// Mean edge length.
     scale: f64,
     options: CompletionOptions,
@@ -115,7 +114,6 @@ impl ArapCompletion {
             components: Components::of(&prior),
             prior,
             matrix,
-            quasi_newton: QuasiNewton::default(),
             scale,
             options,
         })
@@ -141,7 +139,7 @@ impl ArapCompletion {
         let mut there = Shape::at(here.vertices.clone());
         let initial_energy = here.energy;
         let mut step = vec![DVec3::ZERO; rotations.len()];
-        self.quasi_newton.clear();
+        let mut quasi_newton = QuasiNewton::default();
 
         let extended = match start {
             Some(_) => None,
@@ -156,8 +154,7 @@ impl ArapCompletion {
         if let Some(mut extended) = extended {
             // With the rotations held the energy is quadratic: one step leads to its minimum.
             self.evaluate(&mut there, Rotations::Held(&extended), &visible);
-            self.quasi_newton
-                .direction(&mut self.matrix, &there.gradient, &mut step);
+            quasi_newton.direction(&mut self.matrix, &there.gradient, &mut step);
             there.move_to(&here, 1.0, &step);
             self.evaluate(&mut there, Rotations::BestFrom(&mut extended), &visible);
             if there.total < here.total {
@@ -170,7 +167,7 @@ impl ArapCompletion {
         let (mut converged, mut iterations) = (false, 0);
         while !converged && iterations < self.options.max_iterations {
             iterations += 1;
-            self.quasi_newton.direction(&mut self.matrix, &here.gradient, &mut step);
+            quasi_newton.direction(&mut self.matrix, &here.gradient, &mut step);
             // The gradient is half that of the energy.
             let slope = 2.0 * dot(&step, &here.gradient);
             let longest = longest(&step);
@@ -188,8 +185,7 @@ impl ArapCompletion {
             if !lower {
                 break;
             }
-            self.quasi_newton
-                .remember(&step, fraction, &here.gradient, &there.gradient);
+            quasi_newton.remember(&step, fraction, &here.gradient, &there.gradient);
             std::mem::swap(&mut here, &mut there);
         }
         let report = CompletionReport {

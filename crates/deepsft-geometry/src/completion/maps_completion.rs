@@ -10,7 +10,7 @@ use crate::mesh::TriangleMesh;
 use crate::surface::Surface;
 use crate::verdict::Verdict;
 
-/// Pixels at the object's edge that are not used: there the network mixes what lies on both sides.
+/// Pixels of the canonical image at the object's edge that are not used: there the network mixes what lies on both sides.
 const MARGIN_PX: usize = 2;
 
 /// Fewest visible vertices from which a mesh is completed: less than a patch of two cells shows no pose.

@@ -9,17 +9,14 @@ use std::collections::VecDeque;
 const MEMORY: usize = 5;
 
 /// The two loops of L-BFGS (Nocedal 1980) with a factorised matrix in the middle, as in Liu et al. 2017,
-/// *Quasi-Newton Methods for Real-Time Simulation of Hyperelastic Materials*. Keeps its memory from solve to solve:
-/// nothing is allocated but at first.
+/// *Quasi-Newton Methods for Real-Time Simulation of Hyperelastic Materials*.
 #[derive(Debug, Default)]
 pub(super) struct QuasiNewton {
     /// Newest first.
     pairs: VecDeque<Pair>,
-    unused: Vec<Pair>,
-    right_hand_side: Vec<DVec3>,
 }
 
-#[derive(Debug, Default)]
+#[derive(Debug)]
 struct Pair {
     step: Vec<DVec3>,
     change: Vec<DVec3>,
@@ -28,22 +25,15 @@ struct Pair {
 }
 
 impl QuasiNewton {
-    /// Forgets all steps.
-    pub(super) fn clear(&mut self) {
-        self.unused.extend(self.pairs.drain(..));
-    }
-
     /// Writes the step from a place with this `gradient`.
-    pub(super) fn direction(&mut self, matrix: &mut Stiffness, gradient: &[DVec3], direction: &mut [DVec3]) {
-        let right = &mut self.right_hand_side;
-        right.clear();
-        right.extend(gradient.iter().map(|g| -*g));
+    pub(super) fn direction(&self, matrix: &mut Stiffness, gradient: &[DVec3], direction: &mut [DVec3]) {
+        let mut right: Vec<DVec3> = gradient.iter().map(|g| -*g).collect();
         let mut alphas = [0.0; MEMORY];
         for (pair, alpha) in self.pairs.iter().zip(&mut alphas) {
-            *alpha = dot(&pair.step, right) / pair.curvature;
-            add_scaled(right, -*alpha, &pair.change);
+            *alpha = dot(&pair.step, &right) / pair.curvature;
+            add_scaled(&mut right, -*alpha, &pair.change);
         }
-        matrix.solve(right, direction);
+        matrix.solve(&right, direction);
         for (pair, alpha) in self.pairs.iter().zip(&alphas).rev() {
             let beta = dot(&pair.change, direction) / pair.curvature;
             add_scaled(direction, alpha - beta, &pair.step);
@@ -52,21 +42,16 @@ impl QuasiNewton {
 
     /// Remembers that `fraction` of `step` led from a gradient to another.
     pub(super) fn remember(&mut self, step: &[DVec3], fraction: f64, before: &[DVec3], after: &[DVec3]) {
-        let oldest = if self.pairs.len() == MEMORY {
-            self.pairs.pop_back()
-        } else {
-            self.unused.pop()
-        };
-        let mut pair = oldest.unwrap_or_default();
-        pair.step.clear();
-        pair.step.extend(step.iter().map(|s| fraction * *s));
-        pair.change.clear();
-        pair.change.extend(after.iter().zip(before).map(|(a, b)| a - b));
-        pair.curvature = dot(&pair.step, &pair.change);
-        if pair.curvature > 0.0 {
-            self.pairs.push_front(pair);
-        } else {
-            self.unused.push(pair);
+        let step: Vec<DVec3> = step.iter().map(|s| fraction * *s).collect();
+        let change: Vec<DVec3> = after.iter().zip(before).map(|(a, b)| a - b).collect();
+        let curvature = dot(&step, &change);
+        self.pairs.truncate(MEMORY - 1);
+        if curvature > 0.0 {
+            self.pairs.push_front(Pair {
+                step,
+                change,
+                curvature,
+            });
         }
     }
 }

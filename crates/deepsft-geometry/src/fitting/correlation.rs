@@ -122,35 +122,27 @@ impl Correlation {
             wide[a].merge(&around[b]);
             wide[b].merge(&around[a]);
         }
-        let shown = |(own, wide): (&CorrelationSums, &CorrelationSums)| {
-            if own.weight > 0.0 {
-                wide.correlation() as f32
-            } else {
-                0.0
-            }
-        };
-        let (mut telling, mut confirmed, mut confirmed_points) = (0.0, 0.0, 0.0);
-        for (own, wide) in around
-            .iter()
-            .zip(&wide)
-            .filter(|(own, wide)| own.weight > 0.0 && wide.tells())
-        {
-            telling += own.weight;
-            if wide.correlation() >= CONFIRMED {
-                confirmed += own.weight;
-                confirmed_points += own.weight;
-            }
-        }
-        let contradicted = |(own, wide): (&CorrelationSums, &CorrelationSums)| {
-            own.weight > 0.0 && wide.tells() && wide.correlation() < CONTRADICTED
-        };
-        Self {
+        let mut judged = Self {
             whole: whole.correlation(),
-            confidence: around.iter().zip(&wide).map(shown).collect(),
             points: compared,
-            explained: if telling > 0.0 { confirmed / telling } else { 0.0 },
-            confirmed_points,
-            is_hidden: around.iter().zip(&wide).map(contradicted).collect(),
+            ..Self::default()
+        };
+        let mut telling = 0.0;
+        for (own, wide) in around.iter().zip(&wide) {
+            let (is_seen, correlation) = (own.weight > 0.0, wide.correlation());
+            let tells = is_seen && wide.tells();
+            judged.confidence.push(if is_seen { correlation as f32 } else { 0.0 });
+            judged.is_hidden.push(tells && correlation < CONTRADICTED);
+            if tells {
+                telling += own.weight;
+            }
+            if tells && correlation >= CONFIRMED {
+                judged.confirmed_points += own.weight;
+            }
         }
+        if telling > 0.0 {
+            judged.explained = judged.confirmed_points / telling;
+        }
+        judged
     }
 }

@@ -24,7 +24,7 @@ impl GridInterpolation {
     ///
     /// # Errors
     /// As [`GridInterpolation::cubic`].
-    pub fn linear(from: &Template, to: &TriangleMesh) -> Result<Self, GeometryError> {
+    pub(crate) fn linear(from: &Template, to: &TriangleMesh) -> Result<Self, GeometryError> {
         Self::by(from, to, |t| [0.0, 1.0 - t, t, 0.0])
     }
 
@@ -73,10 +73,10 @@ impl GridInterpolation {
         self.weights.iter().map(sum).collect()
     }
 
-    /// The same for numbers from 0 to 1.
-    pub fn apply_fractions(&self, values: &[f32]) -> Vec<f32> {
+    /// The same for numbers.
+    pub(crate) fn apply_scalars(&self, values: &[f32]) -> Vec<f32> {
         let sum = |weights: &Vec<(usize, f64)>| weights.iter().map(|&(i, w)| w as f32 * values[i]).sum::<f32>();
-        self.weights.iter().map(|w| sum(w).clamp(0.0, 1.0)).collect()
+        self.weights.iter().map(sum).collect()
     }
 }
 

@@ -5,10 +5,10 @@ use crate::maps::Maps;
 use crate::mesh::{Template, TriangleMesh};
 use glam::{DVec2, DVec3};
 
-/// Pixels between two measurements.
+/// Pixels of the canonical image between two measurements.
 const STEP: usize = 6;
 
-/// Pixels around a measurement that must be inside the mask: at the edge of the object the maps mix
+/// Pixels of the canonical image around a measurement that must be inside the mask: at the edge of the object the maps mix
 /// what lies on both sides.
 const MARGIN: usize = 4;
 

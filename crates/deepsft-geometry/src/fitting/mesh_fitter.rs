@@ -168,7 +168,11 @@ impl MeshFitter {
 
     /// Confidences of the coarse mesh's vertices as the fine mesh's.
     pub(crate) fn fine_confidence(&self, coarse: &[f32]) -> Vec<f32> {
-        self.to_fine_linear.apply_fractions(coarse)
+        let mut fine = self.to_fine_linear.apply_scalars(coarse);
+        // Rounding may have left the range.
+        fine.iter_mut()
+            .for_each(|confidence| *confidence = confidence.clamp(0.0, 1.0));
+        fine
     }
 
     /// Draws the mesh at `start`, compares it with the image and moves it until they agree. Also says how they agree in the end, at
@@ -228,8 +232,8 @@ impl MeshFitter {
         let fitted = Fitted {
             vertices: solution.vertices,
             correlation,
-            iterations: solution.report.iterations,
-            energy: solution.report.final_energy,
+            iterations: solution.iterations,
+            energy: solution.final_energy,
         };
         Ok((fitted, then))
     }

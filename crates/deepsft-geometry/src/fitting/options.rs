@@ -3,7 +3,7 @@
 /// How a fit weighs its terms. The defaults were chosen on synthetic validation frames.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FitOptions {
-    /// Standard deviation of the network's registration, pixels: scale of the robust reprojection term.
+    /// Standard deviation of the network's registration, pixels of the canonical image: scale of the robust reprojection term.
     pub registration_deviation_px: f64,
     /// Standard deviation of the network's depth, as a fraction of the depth.
     pub depth_deviation: f64,
@@ -22,7 +22,7 @@ pub struct FitOptions {
     pub photo_consistency: f64,
     /// Scale of the robust photo-consistency term, local deviations.
     pub photo_consistency_scale: f64,
-    /// Blur of image and drawing, pixels, one entry per round.
+    /// Blur of image and drawing, pixels of the canonical image, one entry per round.
     pub blurs: Vec<f32>,
     /// Accepted solver steps per round.
     pub steps: usize,

@@ -6,7 +6,7 @@ use crate::mesh::Template;
 use glam::DVec2;
 use std::iter::successors;
 
-/// Longer side of the grey print that is compared with itself, pixels. A motif has to be a few of them wide to be told from
+/// Longer side of the grey print that is compared with itself, in pixels of its own. A motif has to be a few of them wide to be told from
 /// its neighbours: 15 mm on a sheet of A4.
 const LONG_SIDE: usize = 96;
 
@@ -206,44 +206,6 @@ pub(crate) fn self_similarities(template: &Template) -> Vec<SelfSimilarity> {
 mod tests {
     use super::*;
     use crate::image::Picture;
-
-    const CELL: usize = 60;
-
-    /// Rows of one motif without any symmetry on a white margin.
-    fn rows() -> Template {
-        let picture = Picture::from_fn(5 * CELL + 40, 4 * CELL + 40, |x, y| {
-            if x < 20 || y < 20 || x >= 5 * CELL + 20 || y >= 4 * CELL + 20 {
-                return [240; 3];
-            }
-            let (x, y) = ((x - 20) % CELL, (y - 20) % CELL);
-            match (x, y) {
-                (5..40, 8..18) | (5..15, 8..50) => [20; 3],
-                (30..50, 35..50) => [130; 3],
-                _ => [240; 3],
-            }
-        });
-        Template::thin_shell(picture, 340.0, 280.0).unwrap()
-    }
-
-    #[test]
-    fn rows_of_a_motif_look_alike_one_motif_further_and_a_print_without_rows_nowhere() {
-        let template = rows();
-        let found = self_similarities(&template);
-        let here = DVec2::new(0.5, 0.5);
-        let shift = |like: &SelfSimilarity| (like.of(here) - here) * template.size_mm();
-        for expected in [[60.0, 0.0], [-60.0, 0.0], [0.0, 60.0], [0.0, -60.0]] {
-            let near = |like: &&SelfSimilarity| {
-                like.quarter_turns == 0 && (shift(like) - DVec2::from(expected)).length() < 4.0
-            };
-            assert_eq!(found.iter().filter(near).count(), 1, "{expected:?} in {found:?}");
-        }
-        let picture = Picture::from_fn(340, 280, |x, y| {
-            let wave = (x * x + 3 * y * y + x * y) as f64 / 4000.0;
-            [(128.0 + 100.0 * wave.sin()) as u8; 3]
-        });
-        let found = self_similarities(&Template::thin_shell(picture, 340.0, 280.0).unwrap());
-        assert_eq!(found, []);
-    }
 
     #[test]
     fn a_turn_takes_a_playing_card_onto_itself() {

@@ -12,12 +12,12 @@ pub(crate) struct GreyImage {
 
 impl GreyImage {
     /// The [`luma`] of each pixel.
-    pub fn of(picture: &Picture) -> Self {
+    pub(crate) fn of(picture: &Picture) -> Self {
         Self::of_into(picture, Vec::new())
     }
 
     /// As [`GreyImage::of`], in memory that is there already; what was in it is gone.
-    pub fn of_into(picture: &Picture, mut values: Vec<f32>) -> Self {
+    pub(crate) fn of_into(picture: &Picture, mut values: Vec<f32>) -> Self {
         values.clear();
         values.extend(picture.rgb().as_chunks().0.iter().map(|&c| luma(c)));
         let size = picture.size();
@@ -25,7 +25,7 @@ impl GreyImage {
     }
 
     /// The image at half the size (rounded down), each pixel the mean of the four that it covers; in memory that is there already.
-    pub fn halved_into(&self, mut values: Vec<f32>) -> Self {
+    pub(crate) fn halved_into(&self, mut values: Vec<f32>) -> Self {
         let (width, size) = (self.size.width, self.size.halved());
         values.clear();
         values.reserve_exact(size.area());

@@ -19,7 +19,7 @@ impl ImageSize {
     }
 
     /// Whether the image is higher than wide.
-    pub fn is_upright(self) -> bool {
+    pub(crate) fn is_upright(self) -> bool {
         self.height > self.width
     }
 

@@ -26,7 +26,7 @@ impl MipLevel {
     }
 
     /// The level after as many halvings, the coarsest one beyond the last.
-    pub fn halved(picture: Picture, times: u32) -> Self {
+    pub(crate) fn halved(picture: Picture, times: u32) -> Self {
         let finest = Self::finest(picture);
         (0..times).fold(finest, |level, _| level.coarser().unwrap_or(level))
     }

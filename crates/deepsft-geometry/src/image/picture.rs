@@ -21,17 +21,13 @@ impl Picture {
     /// Takes a buffer of `3 * width * height` bytes.
     ///
     /// # Errors
-    /// [`GeometryError::PictureEmpty`] without pixels, [`GeometryError::PictureSize`] when the
-    /// buffer's length does not fit.
+    /// [`GeometryError::PictureSize`] without pixels and when the buffer's length does not fit.
     pub fn new(width: usize, height: usize, rgb: Vec<u8>) -> Result<Self, GeometryError> {
         let size = ImageSize { width, height };
-        if width == 0 || height == 0 {
-            return Err(GeometryError::PictureEmpty { size });
-        }
+        let actual = rgb.len();
         // More pixels than any memory has do not wrap around to a small number.
-        let (actual, expected) = (rgb.len(), size.area().saturating_mul(3));
-        if actual != expected {
-            return Err(GeometryError::PictureSize { size, actual, expected });
+        if size.area() == 0 || actual != size.area().saturating_mul(3) {
+            return Err(GeometryError::PictureSize { size, actual });
         }
         Ok(Self { size, rgb })
     }

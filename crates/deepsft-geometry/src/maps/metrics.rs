@@ -63,12 +63,7 @@ pub fn frame_metrics(
     for size in [truth.size(), predicted.size()] {
         check_size(size, camera.size())?;
     }
-    let (mut depth, mut points, mut pixels, mut millimetres) = (
-        MeanSquare::default(),
-        MeanSquare::default(),
-        MeanSquare::default(),
-        MeanSquare::default(),
-    );
+    let [mut depth, mut points, mut pixels, mut millimetres] = [(); 4].map(|()| MeanSquare::default());
     let (mut both, mut either) = (0_usize, 0_usize);
     for pixel in 0..camera.size().area() {
         let inside = (predicted.inside(pixel), truth.inside(pixel));

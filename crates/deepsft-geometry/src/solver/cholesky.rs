@@ -134,7 +134,7 @@ impl SparseCholesky {
         for (k, point) in points.iter_mut().enumerate() {
             *point = right_hand_side[self.matrix_column(k)];
         }
-        for columns in (0..self.blocks()).map(|block| self.columns(block)) {
+        for columns in (0..self.supernodes().n_supernodes()).map(|block| self.columns(block)) {
             for c in 0..columns.count {
                 let (within, below) = columns.column(c);
                 let (point, after) = points[columns.start + c..].split_at_mut(1);
@@ -148,7 +148,10 @@ impl SparseCholesky {
                 }
             }
         }
-        for columns in (0..self.blocks()).rev().map(|block| self.columns(block)) {
+        for columns in (0..self.supernodes().n_supernodes())
+            .rev()
+            .map(|block| self.columns(block))
+        {
             for c in (0..columns.count).rev() {
                 let (within, below) = columns.column(c);
                 let at = columns.start + c;
@@ -173,11 +176,6 @@ impl SparseCholesky {
             SymbolicCholeskyRaw::Supernodal(supernodes) => supernodes,
             SymbolicCholeskyRaw::Simplicial(_) => unreachable!("the threshold asks for supernodes"),
         }
-    }
-
-    /// Number of blocks of columns of the factor.
-    fn blocks(&self) -> usize {
-        self.supernodes().n_supernodes()
     }
 
     /// A block of columns of the factor.

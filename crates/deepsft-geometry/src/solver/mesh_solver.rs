@@ -54,10 +54,12 @@ impl Default for SolveOptions {
     }
 }
 
-/// How a solve went.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// What a solve gives.
+#[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
-pub struct SolveReport {
+pub struct Solution {
+    /// Vertex positions, in the frame and unit of the start.
+    pub vertices: Vec<DVec3>,
     /// Whether a tolerance was met. Otherwise the iterations ran out, or no damping gave a step that
     /// lowers the energy.
     pub converged: bool,
@@ -67,16 +69,6 @@ pub struct SolveReport {
     pub initial_energy: f64,
     /// Sum of the terms' energies at the result.
     pub final_energy: f64,
-}
-
-/// What a solve gives.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct Solution {
-    /// Vertex positions, in the frame and unit of the start.
-    pub vertices: Vec<DVec3>,
-    /// How it went.
-    pub report: SolveReport,
 }
 
 /// Vertices and the energy of each term there.
@@ -137,7 +129,7 @@ impl Damping {
 /// let depths: Vec<_> = (0..3 * mesh.faces().len()).map(corner).collect();
 /// let depths = DepthPrior::new(mesh, &depths, 1.0, Robust::Squares)?;
 /// let solution = solver.solve(&[&depths, &isometry], mesh.vertices(), &SolveOptions::default())?;
-/// assert!(solution.report.converged);
+/// assert!(solution.converged);
 /// assert!((solution.vertices[0].z - 500.0).abs() < 1e-6);
 /// # Ok::<(), deepsft_geometry::GeometryError>(())
 /// ```
@@ -206,13 +198,13 @@ impl MeshSolver {
             }
         }
         let (vertices, reached) = here;
-        let report = SolveReport {
+        Ok(Solution {
+            vertices,
             converged,
             iterations,
             initial_energy: initial.iter().sum(),
             final_energy: reached.iter().sum(),
-        };
-        Ok(Solution { vertices, report })
+        })
     }
 
     /// One accepted step of the linearised problem, with as much damping as it takes.

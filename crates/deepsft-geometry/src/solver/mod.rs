@@ -26,5 +26,5 @@ pub use crate::image::ContrastNormalizedImage;
 pub use crate::mesh::SurfacePoint;
 pub use energy::{Energy, ResidualSink, Robust};
 pub use mean_edge_length::mean_edge_length;
-pub use mesh_solver::{MeshSolver, Solution, SolveOptions, SolveReport};
+pub use mesh_solver::{MeshSolver, Solution, SolveOptions};
 pub use terms::{Bending, DepthPrior, ImagePoint, Isometry, PhotoConsistency, PointDepth, Reprojection, TexturePoint};

@@ -7,7 +7,7 @@ use crate::fitting::options::FitOptions;
 pub struct TrackingOptions {
     /// Weights of the fit, and the rounds of the fit that starts a track.
     pub fit: FitOptions,
-    /// Blur of image and drawing, pixels, one entry per round of a frame that is followed. Rounds before the last that blur by 3 pixels
+    /// Blur of image and drawing, pixels of the canonical image, one entry per round of a frame that is followed. Rounds before the last that blur by 3 pixels
     /// or more look at the image at half the size.
     pub blurs: Vec<f32>,
     /// Steps of a rigid motion in the first round of a frame that is followed.
@@ -26,9 +26,9 @@ pub struct TrackingOptions {
     pub min_correlation: f64,
     /// Seconds of the video without a confirmed frame after which the track is lost, if at least two frames in a row were missed.
     pub patience_s: f64,
-    /// Visible photo-consistency points (one stands for 9 pixels) below which the object is out of view and the track lost.
+    /// Visible photo-consistency points (one stands for 9 pixels of the canonical image) below which the object is out of view and the track lost.
     pub min_points: usize,
-    /// Distance, pixels, between finder and track above which they disagree, where a fifth of the sheet is further apart.
+    /// Distance, pixels of the canonical image, between finder and track above which they disagree, where a fifth of the sheet is further apart.
     /// Default 5: the network is seldom so far off, and comparing both with the image costs no more than a start.
     pub disagreement_px: f64,
     /// Frames kept for the finders' answers, which come late.

@@ -4,10 +4,10 @@ use crate::image::GreyImage;
 use crate::maps::PairedSums;
 use glam::DVec2;
 
-/// Side of the cells in whose means print and image are compared, pixels: about what a quick hand blurs.
+/// Side of the cells in whose means print and image are compared, pixels of the canonical image: about what a quick hand blurs.
 const CELL_PX: usize = 8;
 
-/// Cells by which the sheet is moved at most, to each side: 72 pixels, 2.5 m/s half a metre away at 30 frames per second.
+/// Cells by which the sheet is moved at most, to each side: 72 pixels of the canonical image, 2.5 m/s half a metre away at 30 frames per second.
 const FARTHEST: isize = 9;
 
 /// Fraction of a cell that must be drawn for it to count.
