@@ -53,11 +53,11 @@ fn every_shipped_model_is_as_accurate_as_its_card_says() {
         };
         let fitted = {
             let fitter = FrameFitter::new(bundle.template(), FitOptions::default()).unwrap();
-            summary(Some(&mut fitter.into())).median
+            summary(Some(&mut MeshRecovery::Fit(Box::new(fitter)))).median
         };
         let completed = {
             let completion = MapsCompletion::new(bundle.template().mesh(), CompletionOptions::default()).unwrap();
-            summary(Some(&mut completion.into())).median
+            summary(Some(&mut MeshRecovery::Completion(Box::new(completion)))).median
         };
         let summary = summary(None);
         let accuracy = &bundle.card().accuracy;
