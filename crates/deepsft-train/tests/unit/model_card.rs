@@ -1,10 +1,10 @@
 //! What a bundle tells people, and its curve as a table.
 
 use deepsft::{Accuracy, DeviceKind, FoundRule, ModelBundle, ModelCard, NetworkConfig, Provenance, R50FConfig};
-use deepsft_geometry::glam::{DVec2, DVec3};
-use deepsft_geometry::{Picture, Template, TriangleMesh, training_camera};
+use deepsft_geometry::{Picture, Template, training_camera};
 use deepsft_network::{Network, start_device};
 use deepsft_train::{CurvePoint, TrainingCourse, curve_csv, model_card};
+use std::path::Path;
 
 /// The card of a model of `template` that was trained along `curve`.
 fn card(template: Template, curve: &[CurvePoint]) -> String {
@@ -78,14 +78,11 @@ fn a_card_does_not_call_a_mesh_a_sheet() {
         of_sheet.contains("Finds one thin sheet of 200 x 150.5 mm (`template/texture.png`) in an image"),
         "{of_sheet}"
     );
-    let corners = [DVec3::ZERO, DVec3::X * 240.0, DVec3::Y * 60.0, DVec3::Z * 60.0].to_vec();
-    let places = [DVec2::ZERO, DVec2::X, DVec2::Y, DVec2::splat(0.4)].to_vec();
-    let faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]].to_vec();
-    let mesh = TriangleMesh::new(corners, places, faces).unwrap();
-    let toy = Template::of_mesh(mesh, texture()).unwrap();
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models/soft-toy/template");
+    let toy = deepsft_formats::read_template(Path::new(folder)).unwrap();
     let of_toy = card(toy, &[]);
     assert!(
-        !of_toy.contains("sheet") && of_toy.contains("240 x 60 x 60"),
+        !of_toy.contains("sheet") && of_toy.contains("200 x 302 x 103"),
         "{of_toy}"
     );
 }
