@@ -1,9 +1,10 @@
 import { LastingEngine } from "./engine/lasting-engine.js";
-import { Estimate } from "./results/estimate.js";
 import { Scan } from "./targets/scan.js";
 import { Target } from "./targets/target.js";
 import { MeshTracking } from "./tracking/mesh-tracking.js";
 import { Tracking } from "./tracking/tracking.js";
+import type { EstimateOptions } from "./frame-requests.js";
+import type { Estimate } from "./results/estimate.js";
 import type { FoundFocal } from "./tracking/mesh-tracking.js";
 import type { LoadProgress } from "./engine/bundle.js";
 import type { StartPlan } from "./engine/lasting-engine.js";
@@ -56,23 +57,6 @@ export type PictureOptions = {
      * for people; the file's own for a File
      */
     name?: string;
-};
-export type EstimateOptions = {
-    /**
-     * what to look for; when absent the model's own target, else the only one there is
-     */
-    target?: Target;
-    /**
-     * when absent what a photograph's EXIF data tell, if the image is a Blob or File with some; else
-     * estimated
-     */
-    camera?: CameraOption;
-    /**
-     * fits the target's mesh to the image, starting from the network's maps,
-     * and gives the maps of that mesh; where it explains the image no better the network's own stay. Default false. What is found
-     * by its features is fitted in any case.
-     */
-    fit?: boolean;
 };
 export type TrackMeshOptions = {
     /**

@@ -20,7 +20,7 @@ export type LoadProgress = import("./engine/bundle.js").LoadProgress;
 export type ListedCamera = import("./camera/camera-stream.js").ListedCamera;
 export type Facing = import("./camera/request.js").Facing;
 export type OpenCameraOptions = import("./camera/request.js").OpenCameraOptions;
-export type EstimateOptions = import("./deepsft.js").EstimateOptions;
+export type EstimateOptions = import("./frame-requests.js").EstimateOptions;
 export type LoadOptions = import("./deepsft.js").LoadOptions;
 export type PictureOptions = import("./deepsft.js").PictureOptions;
 export type TrackMeshOptions = import("./deepsft.js").TrackMeshOptions;
@@ -46,7 +46,7 @@ export type Smoothing = import("./tracking/tracker-worker.js").Smoothing;
 /** @typedef {import("./camera/camera-stream.js").ListedCamera} ListedCamera */
 /** @typedef {import("./camera/request.js").Facing} Facing */
 /** @typedef {import("./camera/request.js").OpenCameraOptions} OpenCameraOptions */
-/** @typedef {import("./deepsft.js").EstimateOptions} EstimateOptions */
+/** @typedef {import("./frame-requests.js").EstimateOptions} EstimateOptions */
 /** @typedef {import("./deepsft.js").LoadOptions} LoadOptions */
 /** @typedef {import("./deepsft.js").PictureOptions} PictureOptions */
 /** @typedef {import("./deepsft.js").TrackMeshOptions} TrackMeshOptions */

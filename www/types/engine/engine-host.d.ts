@@ -62,7 +62,7 @@ export declare function find({ ids, estimated, frame, intrinsics, focal }: FindR
  * @param {MeshRequest} request
  * @returns {Promise<{ value: RawMesh | null, transfer: Transferable[] }>}
  */
-export declare function mesh(request: MeshRequest): Promise<{
+export declare function mesh({ id, width, focal, depth, registration, canonical }: MeshRequest): Promise<{
     value: RawMesh | null;
     transfer: Transferable[];
 }>;

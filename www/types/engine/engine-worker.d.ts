@@ -39,6 +39,7 @@ export type EngineTimes = {
     judgeMs: number;
     featuresMs: number;
 };
+export type FinderName = "network" | "features";
 export type RawEstimate = {
     /**
      * columns of the maps and of the canonical image
@@ -57,7 +58,7 @@ export type RawEstimate = {
     /**
      * which finder gave the maps
      */
-    by: "network" | "features" | null;
+    by: FinderName | null;
     times: EngineTimes;
     /**
      * time to read the frame's pixels
@@ -163,6 +164,7 @@ export type MeshRequest = {
  *
  * @typedef {{ warpMs: number, networkMs: number, judgeMs: number, featuresMs: number }} EngineTimes
  */
+/** @typedef {"network" | "features"} FinderName */
 /**
  * The maps of one frame as they cross from the worker.
  *
@@ -175,7 +177,7 @@ export type MeshRequest = {
  * @property {Uint8ClampedArray} canonical
  * @property {boolean} found
  * @property {number} confidence
- * @property {"network" | "features" | null} by which finder gave the maps
+ * @property {FinderName | null} by which finder gave the maps
  * @property {EngineTimes} times
  * @property {number} readMs time to read the frame's pixels
  * @property {ImageBitmap | null} bitmap the frame, where it is handed back

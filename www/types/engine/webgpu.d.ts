@@ -5,6 +5,10 @@ export type WebGpuProbe = {
      */
     software: boolean;
     /**
+     * empty where the browser does not say
+     */
+    adapterName: string;
+    /**
      * a sentence when not usable, else empty
      */
     reason: string;
@@ -13,6 +17,7 @@ export type WebGpuProbe = {
  * @typedef {object} WebGpuProbe
  * @property {boolean} usable
  * @property {boolean} software whether the adapter is emulated on the CPU
+ * @property {string} adapterName empty where the browser does not say
  * @property {string} reason a sentence when not usable, else empty
  */
 /**

@@ -84,7 +84,7 @@ export declare class Estimate {
      */
     confidence: number;
     /** What gave the maps: the model's network, or the features of a picture; null when nothing was seen. */
-    by: "features" | "network" | null;
+    by: import("../engine/engine-worker.js").FinderName | null;
     /** Distance along the optical axis, mm; -1 outside the object. */
     depth: EstimateMap<Float32Array<ArrayBufferLike>>;
     /** Texture position (u, v) in the unit square, v down; (-1, -1) outside the object. */

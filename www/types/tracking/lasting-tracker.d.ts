@@ -1,4 +1,9 @@
-import type { AnswerEffect, AnswerRequest, FollowRequest, NextFrame, RawTracked, TrackerStartRequest, TrackerWorker } from "./tracker-worker.js";
+import type { AnswerEffect, AnswerRequest, FollowRequest, NextFrame, RawTracked, RawTrackedTarget, TrackerStartRequest, TrackerWorker } from "./tracker-worker.js";
+export type ToldFrame = Omit<RawTracked, "targets"> & {
+    targets: (RawTrackedTarget & {
+        changed: boolean;
+    })[];
+};
 /** A tracker that outlives the death of its worker, with its targets. They are lost then, until the finders see them again. */
 export declare class LastingTracker {
     #private;
@@ -18,9 +23,9 @@ export declare class LastingTracker {
     }): Promise<void>;
     /**
      * @param {FollowRequest} request
-     * @returns {Promise<RawTracked>}
+     * @returns {Promise<ToldFrame>}
      */
-    follow(request: FollowRequest): Promise<RawTracked>;
+    follow(request: FollowRequest): Promise<ToldFrame>;
     /**
      * @param {AnswerRequest} request
      * @returns {Promise<{ effects: AnswerEffect[], next: NextFrame | null, answerMs: number }>}

@@ -3,8 +3,8 @@ import type { RawAnswer } from "../engine/engine-worker.js";
 import type { Estimate } from "../results/estimate.js";
 import type { CameraOption, SourcedCamera } from "../camera/intrinsics.js";
 import type { Target } from "../targets/target.js";
-import type { LastingTracker } from "./lasting-tracker.js";
-import type { RawTracked, TrackerStartRequest } from "./tracker-worker.js";
+import type { LastingTracker, ToldFrame } from "./lasting-tracker.js";
+import type { TrackerStartRequest } from "./tracker-worker.js";
 export type FoundFocal = {
     width: number;
     height: number;
@@ -59,8 +59,8 @@ export type Question = {
 /** @import { Estimate } from "../results/estimate.js" */
 /** @import { CameraOption, SourcedCamera } from "../camera/intrinsics.js" */
 /** @import { Target } from "../targets/target.js" */
-/** @import { LastingTracker } from "./lasting-tracker.js" */
-/** @import { FinderQuestion, NextFrame, RawTracked, TrackerStartRequest } from "./tracker-worker.js" */
+/** @import { LastingTracker, ToldFrame } from "./lasting-tracker.js" */
+/** @import { FinderQuestion, NextFrame, TrackerStartRequest } from "./tracker-worker.js" */
 /**
  * A focal length that was found from a sheet that bends: of images of `width` x `height` pixels, with its standard deviation
  * (`spread`), all in pixels.
@@ -145,7 +145,7 @@ export type Following = {
      */
     began: number;
     grabMs: number;
-    answer: Promise<RawTracked>;
+    answer: Promise<ToldFrame>;
 };
 /**
  * A frame that the tracker is following.
@@ -157,5 +157,5 @@ export type Following = {
  * @property {{ width: number, height: number }} size with which the frame came, pixels
  * @property {number} began when the tracker was free for it, milliseconds
  * @property {number} grabMs
- * @property {Promise<RawTracked>} answer
+ * @property {Promise<ToldFrame>} answer
  */

@@ -55,7 +55,6 @@ export type NextFrame = {
 };
 export type AnswerRequest = {
     answers: RawAnswer[];
-    tookMs: number;
     sinceMissedMs: number;
 };
 export type AnswerEffect = {
@@ -66,7 +65,6 @@ export type RawTrackedTarget = {
     id: number;
     found: boolean;
     held: boolean;
-    change: "found" | "lost" | null;
     vertices: Float32Array;
     confidence: Float32Array;
     correlation: number;
@@ -126,7 +124,7 @@ export type RawTracked = {
  *
  * @typedef {{ focal: number, intervalMs: number, question: FinderQuestion | null }} NextFrame
  */
-/** What the finders say, how long that took, and how long ago a frame was missed. @typedef {{ answers: RawAnswer[], tookMs: number, sinceMissedMs: number }} AnswerRequest */
+/** What the finders say, and how long ago a frame was missed. @typedef {{ answers: RawAnswer[], sinceMissedMs: number }} AnswerRequest */
 /**
  * What the tracker made of an answer for a target.
  *
@@ -135,7 +133,7 @@ export type RawTracked = {
 /**
  * One target in a frame: `vertices` and `confidence` are empty unless found.
  *
- * @typedef {{ id: number, found: boolean, held: boolean, change: "found" | "lost" | null, vertices: Float32Array, confidence: Float32Array, correlation: number, iterations: number }} RawTrackedTarget
+ * @typedef {{ id: number, found: boolean, held: boolean, vertices: Float32Array, confidence: Float32Array, correlation: number, iterations: number }} RawTrackedTarget
  */
 /**
  * The meshes in one frame as they cross from the worker.

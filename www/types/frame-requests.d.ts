@@ -1,0 +1,73 @@
+import { Estimate } from "./results/estimate.js";
+import type { CameraOption } from "./camera/intrinsics.js";
+import type { RawAnswer } from "./engine/engine-worker.js";
+import type { LastingEngine } from "./engine/lasting-engine.js";
+import type { ImageInput } from "./frames/image-input.js";
+import type { Target } from "./targets/target.js";
+import type { Question } from "./tracking/mesh-tracking.js";
+export type EstimateOptions = {
+    /**
+     * what to look for; when absent the model's own target, else the only one there is
+     */
+    target?: Target;
+    /**
+     * when absent what a photograph's EXIF data tell, if the image is a Blob or File with some; else
+     * estimated
+     */
+    camera?: CameraOption;
+    /**
+     * fits the target's mesh to the image, starting from the network's maps,
+     * and gives the maps of that mesh; where it explains the image no better the network's own stay. Default false. What is found
+     * by its features is fitted in any case.
+     */
+    fit?: boolean;
+};
+/** @import { CameraOption, SourcedCamera } from "./camera/intrinsics.js" */
+/** @import { EngineWorker, MeshRequest, RawAnswer, RawEstimate } from "./engine/engine-worker.js" */
+/** @import { LastingEngine } from "./engine/lasting-engine.js" */
+/** @import { ImageInput } from "./frames/image-input.js" */
+/** @import { Target } from "./targets/target.js" */
+/** @import { Question } from "./tracking/mesh-tracking.js" */
+/**
+ * @typedef {object} EstimateOptions
+ * @property {Target} [target] what to look for; when absent the model's own target, else the only one there is
+ * @property {CameraOption} [camera] when absent what a photograph's EXIF data tell, if the image is a Blob or File with some; else
+ *   estimated
+ * @property {boolean} [fit] fits the target's mesh to the image, starting from the network's maps,
+ *   and gives the maps of that mesh; where it explains the image no better the network's own stay. Default false. What is found
+ *   by its features is fitted in any case.
+ */
+/** Has the engine look at frames, one at a time. */
+export declare class FrameRequests {
+    #private;
+    /**
+     * @param {LastingEngine} engine
+     * @param {(target: Target | undefined) => Target} chosen gives the target that is meant, or throws
+     */
+    constructor(engine: LastingEngine, chosen: (target: Target | undefined) => Target);
+    /**
+     * @param {ImageInput} image
+     * @param {EstimateOptions} options
+     * @returns {Promise<Estimate>}
+     */
+    estimate(image: ImageInput, options: EstimateOptions): Promise<Estimate>;
+    /**
+     * The estimate of what a video shows when the frame under way is done.
+     *
+     * @param {ImageInput} video
+     * @param {EstimateOptions} options
+     * @returns {Promise<Estimate | null>} null when a newer call took its place
+     */
+    estimateNewest(video: ImageInput, options: EstimateOptions): Promise<Estimate | null>;
+    /**
+     * Has the finders look for targets in a frame.
+     *
+     * @param {Question} question
+     * @param {boolean} estimated whether the network's answer is wanted as an estimate too
+     * @returns {Promise<{ answers: RawAnswer[], estimate: Estimate | null }>}
+     */
+    find(question: Question, estimated: boolean): Promise<{
+        answers: RawAnswer[];
+        estimate: Estimate | null;
+    }>;
+}
