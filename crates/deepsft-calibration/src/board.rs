@@ -18,7 +18,7 @@ pub struct Board {
     square_mm: f64,
 }
 
-/// A black or white square of a board's drawing.
+/// A black or white square in the drawing of a board.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BoardPatch {
     /// Its top left corner, mm.

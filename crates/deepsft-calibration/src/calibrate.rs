@@ -23,7 +23,7 @@ const NEVER_WRONG_PX: f64 = 0.5;
 /// Standard deviation of the focal length, as a fraction of it, from which on the views do not hold it.
 const FOCAL_DEVIATION: f64 = 0.02;
 
-/// How well a view agrees with the calibration.
+/// The residuals of one view.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct CalibratedView {
@@ -33,7 +33,7 @@ pub struct CalibratedView {
     pub residuals_px: Vec<Option<DVec2>>,
 }
 
-/// A camera as [`calibrate`] finds it.
+/// A calibrated camera, with deviations and residuals.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Calibration {

@@ -4,7 +4,7 @@ use deepsft_geometry::glam::DVec2;
 use deepsft_geometry::{Camera, GeometryError, ImageSize, Lens};
 use serde::Serialize;
 
-/// What is unknown of a camera. All but [`CameraModel::Fisheye`] are cases of the last before it.
+/// The camera parameters that a calibration solves for. All but [`CameraModel::Fisheye`] are cases of the last before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[non_exhaustive]
 pub enum CameraModel {
@@ -20,7 +20,7 @@ pub enum CameraModel {
     Fisheye,
 }
 
-/// A number of a camera, and how well the views hold it.
+/// A camera parameter with its standard deviation.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct CameraParameter {
     /// As in `camera.json`: `fx`, `cy`, `k1`; of [`CameraModel::Focal`] `f`.

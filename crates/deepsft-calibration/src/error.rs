@@ -3,7 +3,7 @@
 use deepsft_geometry::GeometryError;
 use thiserror::Error;
 
-/// What is wrong with a board or with the views of a target.
+/// An error of a board or of a calibration.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum CalibrationError {

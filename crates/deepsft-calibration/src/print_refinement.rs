@@ -23,7 +23,8 @@ const MIN_CORRELATION: f64 = 0.9;
 /// Least mean square slope of a piece in its flattest direction, standard deviations per pixel: flatter pieces slide.
 const MIN_SLOPE: f64 = 0.02;
 
-/// Where `photograph` shows a grid of points of a flat print, to a fraction of a pixel, from `matches` that are less exact and may be wrong.
+/// Refines the correspondences of a flat print and a photograph to a fraction of a pixel, on a grid of points. The `matches` are less exact and
+/// may be wrong.
 pub fn refine_print(template: &Template, photograph: &Picture, matches: &[Correspondence]) -> Vec<Correspondence> {
     if matches.len() < NEIGHBOURS {
         return Vec::new();

@@ -44,12 +44,8 @@ pub struct SynthesisOptions {
     pub backgrounds: Option<PathBuf>,
     /// Largest in-plane rotation to either side, degrees: 45 for an object that stays upright, which a short training learns
     /// sooner; the network sees upright photographs turned by a quarter, so for those it takes 135 [default: 180, any way up; with the paper's preset its own range]
-    #[arg(long, value_name = "DEG", value_parser = roll, conflicts_with = "images")]
+    #[arg(long, value_name = "DEG", value_parser = |angle: &str| within(0.0..=180.0, "an angle of 0 to 180 degrees", angle), conflicts_with = "images")]
     pub max_roll: Option<f64>,
-}
-
-fn roll(text: &str) -> Result<f64, String> {
-    within(0.0..=180.0, "an angle of 0 to 180 degrees", text)
 }
 
 impl SynthesisOptions {

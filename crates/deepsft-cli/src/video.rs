@@ -193,20 +193,4 @@ mod tests {
         let shades: Vec<u8> = video.frames.map(|frame| frame.unwrap().pixel(0, 0)[0]).collect();
         assert_eq!(shades, [1, 8, 9, 10]);
     }
-
-    #[test]
-    fn a_frame_of_another_size_is_refused() {
-        let folder = tempfile::tempdir().unwrap();
-        for (name, width) in [("f1.png", 6), ("f2.png", 7)] {
-            let png = encode_png(&Picture::from_fn(width, 4, |_, _| [0; 3])).unwrap();
-            fs::write(folder.path().join(name), png).unwrap();
-        }
-        let frames: Vec<_> = Video::open(folder.path(), None).unwrap().frames.collect();
-        let [Ok(_), Err(error)] = frames.as_slice() else {
-            panic!("{} frames", frames.len());
-        };
-        let message = format!("{error:#}");
-        let parts = ["f2.png", "7 x 4 pixels, the frames before it 6 x 4"];
-        assert!(parts.iter().all(|part| message.contains(part)), "{message}");
-    }
 }

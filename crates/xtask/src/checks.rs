@@ -1,4 +1,4 @@
-//! `cargo xtask test`: every check of the workspace, cheapest first, one count at the end.
+//! `cargo xtask test`: every check of the workspace, one count and a table of seconds at the end.
 
 use crate::{fuzz, tools, web};
 use anyhow::{Context, Result, bail, ensure};
@@ -77,13 +77,16 @@ pub fn run(root: &Path, mode: Mode) -> Result<()> {
                 counted(clippy.args(["--", "--deny", "warnings"]))
             });
             check("building the tests", &|| counted(cargo(&tests).arg("--no-run")));
+            if fuzz::HERE {
+                check("building for fuzzing", &|| fuzz::build(root).map(passed));
+            }
         });
         check("browser build", &|| web::build(root).map(passed));
         check("types of the JavaScript", &|| {
             counted(tools::npm(root).args(["run", "check"]))
         });
     });
-    // Only now: programs in browsers are measured by time, and compilers leave them none.
+    // Only now: tests in browsers wait for time to pass, and compilers would leave them none.
     thread::scope(|scope| {
         scope.spawn(|| {
             check("tests of the crates", &|| counted(&mut cargo(&tests)));

@@ -59,6 +59,11 @@ pub fn run(root: &Path, options: &Options) -> Result<()> {
     program.fuzz_all(targets?, options.seconds, options.jobs)
 }
 
+/// Builds the fuzz targets.
+pub fn build(root: &Path) -> Result<()> {
+    Program::build(root).map(drop)
+}
+
 /// Runs all targets, two at once, for `seconds` together, after two with planted bugs: a failure has to be seen.
 pub fn check(root: &Path, seconds: u64) -> Result<()> {
     let program = Program::build(root)?;

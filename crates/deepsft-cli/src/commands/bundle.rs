@@ -52,24 +52,13 @@ fn is_finite(maps: &Maps) -> bool {
 
 fn print(bundle: &ModelBundle) {
     let (card, size) = (bundle.card(), bundle.template().size_mm());
-    println!(
-        "{}, licence {}",
-        bundle.name(),
-        card.licence.as_deref().unwrap_or("not stated")
-    );
+    let licence = card.licence.as_deref().unwrap_or("not stated");
+    println!("{}, licence {licence}", bundle.name());
     println!("template {} x {} mm", size.x, size.y);
-    let (camera, provenance) = (bundle.camera(), &card.provenance);
-    println!(
-        "trained for {} x {} pixels, f = {}",
-        camera.width(),
-        camera.height(),
-        camera.focal().x
-    );
-    println!(
-        "trained on {} samples in {:.0} minutes",
-        provenance.samples,
-        provenance.seconds / 60.0
-    );
+    let camera = bundle.camera();
+    println!("trained for {} pixels, f = {}", camera.size(), camera.focal().x);
+    let (samples, minutes) = (card.provenance.samples, card.provenance.seconds / 60.0);
+    println!("trained on {samples} samples in {minutes:.0} minutes");
     let figure = |value: Option<f64>| value.map_or_else(|| "unknown".to_owned(), |value| format!("{value:.2}"));
     let accuracy = &card.accuracy;
     println!(

@@ -121,13 +121,8 @@ pub fn run(arguments: &ClipArguments) -> Result<()> {
     write(CAMERA_FILE, camera_to_json(&camera))?;
     write(CLIP_FILE, serde_json::to_string_pretty(&description)?)?;
     folder.commit()?;
-    println!(
-        "{frames} frames of {} x {} pixels, {}: {}",
-        camera.width(),
-        camera.height(),
-        description.event,
-        arguments.out.display()
-    );
+    let (size, event, out) = (camera.size(), description.event, arguments.out.display());
+    println!("{frames} frames of {size} pixels, {event}: {out}");
     Ok(())
 }
 

@@ -127,11 +127,11 @@ pub fn run(arguments: &ReconstructArguments) -> Result<()> {
     let folders = folders(&arguments.out, &arguments.images)?;
     let camera = arguments.camera.as_deref().map(camera_choice::read).transpose()?;
     let ChosenTarget { target, name, device } = arguments.object.target(arguments.device)?;
-    let default = match target.template().is_sheet() {
-        true => MeshChoice::Fit,
-        false => MeshChoice::None,
-    };
-    let mesh = arguments.mesh.unwrap_or(default);
+    let mesh = arguments.mesh.unwrap_or(if target.template().is_sheet() {
+        MeshChoice::Fit
+    } else {
+        MeshChoice::None
+    });
     if mesh != MeshChoice::Fit && target.network().is_none() {
         return Err(usage(
             "--mesh none and complete are about a network's maps: they need --model",

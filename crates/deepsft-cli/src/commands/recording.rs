@@ -208,13 +208,11 @@ fn verify(folder: &Path) -> Result<()> {
     bar.finish_and_clear();
     let sensor = recording.sensor();
     println!(
-        "{}recording of {} frames, colour {} x {}, depth {} x {} ({}), {} masks: depth in {:.0} % of the canonical image",
+        "{}recording of {} frames, colour {}, depth {} ({}), {} masks: depth in {:.0} % of the canonical image",
         if sensor.simulated { "simulated " } else { "" },
         recording.frames(),
-        sensor.color.width(),
-        sensor.color.height(),
-        sensor.depth.width(),
-        sensor.depth.height(),
+        sensor.color.size(),
+        sensor.depth.size(),
         if sensor.is_registered() {
             "registered"
         } else {

@@ -67,7 +67,7 @@ fn new(arguments: &NewArguments) -> Result<()> {
     while texture.width().max(texture.height()) > LONGEST_SIDE {
         texture = texture.halved();
     }
-    let size = (texture.width(), texture.height());
+    let size = texture.size();
     let template = Template::thin_shell(texture, width, height).blame("image", &arguments.image)?;
     warn_of_print(&template);
     deepsft_formats::write_folder(
@@ -75,12 +75,8 @@ fn new(arguments: &NewArguments) -> Result<()> {
         &deepsft_formats::FolderKind::TEMPLATE,
         &template_to_files(&template)?,
     )?;
-    println!(
-        "template of {width} x {height} mm with {} x {} pixels: {}",
-        size.0,
-        size.1,
-        arguments.out.display()
-    );
+    let out = arguments.out.display();
+    println!("template of {width} x {height} mm with {size} pixels: {out}");
     Ok(())
 }
 

@@ -380,10 +380,9 @@ fn print(report: &Report, out: &Path) {
         errors.frames_in_view, errors.tracked, errors.found_where_it_is_not
     );
     let figure = |value: &Option<MeanMedian>| {
-        value.as_ref().map_or_else(
-            || "-".to_owned(),
-            |value| format!("{:.2} (median {:.2})", value.mean, value.median),
-        )
+        let value = value.as_ref();
+        let value = value.map(|value| format!("{:.2} (median {:.2})", value.mean, value.median));
+        value.unwrap_or_else(|| "-".to_owned())
     };
     println!(
         "registration RMSE {} px, 3D point RMSE {} mm",

@@ -1,7 +1,6 @@
 //! `deepsft train`: a model bundle for a template.
 
 mod arguments;
-mod bundle_folder;
 mod data_sets;
 mod plan;
 mod progress_lines;
@@ -12,14 +11,13 @@ use crate::failure::{BlameInput, usage};
 use crate::{input, synthesis};
 use anyhow::{Result, bail};
 pub use arguments::TrainArguments;
-use bundle_folder::BUNDLE_FOLDER;
 use data_sets::DataSets;
 use deepsft::ModelBundle;
 use deepsft_formats::recover_folder;
 use deepsft_network::start_device;
 use plan::Plan;
 use std::sync::Arc;
-use training::Training;
+use training::{BUNDLE_FOLDER, Training};
 
 pub fn run(arguments: &TrainArguments) -> Result<()> {
     let mut plan = Plan::new(arguments)?;

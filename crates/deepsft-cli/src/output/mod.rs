@@ -1,7 +1,6 @@
 //! The pictures that commands draw: maps, meshes, sheets, curves.
 
 pub mod canvas;
-pub mod chart;
 pub mod color_map;
 pub mod curve_plot;
 pub mod lettering;

@@ -59,15 +59,10 @@ pub fn write_template(out: &Path, template: &Template) -> Result<()> {
     let mut files = template_to_files(template)?;
     files.insert(TURNTABLE_FILE.to_owned(), encode_png(&turntable(template)?)?);
     deepsft_formats::write_folder(out, &deepsft_formats::FolderKind::TEMPLATE, &files)?;
-    let (size, texture) = (template.extent_mm(), template.texture());
+    let [x, y, z] = template.extent_mm().into();
+    let (faces, texels) = (template.mesh().faces().len(), template.texture().size());
     println!(
-        "template of {:.1} x {:.1} x {:.1} mm with {} faces and {} x {} texels: {}",
-        size.x,
-        size.y,
-        size.z,
-        template.mesh().faces().len(),
-        texture.width(),
-        texture.height(),
+        "template of {x:.1} x {y:.1} x {z:.1} mm with {faces} faces and {texels} texels: {}",
         out.display()
     );
     println!("look at it: {}", out.join(TURNTABLE_FILE).display());

@@ -95,34 +95,30 @@ fn recording(folder: &Path, bundle: &ModelBundle) -> Result<FrameSet> {
         Ok(EvaluationFrame::recorded(frame.blame("recording", &path)?, camera))
     });
     let truth = folder.join(TRUTH_FOLDER);
-    if !(simulated && truth.join(DATASET_FILE).is_file()) {
-        return Ok(FrameSet {
-            name: format!("{kind} {}, measured depth", folder.display()),
-            count,
-            frames: Box::new(recorded),
-        });
-    }
-    let truth = DatasetFolder::open(&truth)?;
-    let description = truth.description();
-    description
-        .check_template(bundle.template())
-        .blame("recording", folder)?;
-    if description.samples != count {
+    let (truth, frames): (_, Box<dyn Iterator<Item = _>>) = if simulated && truth.join(DATASET_FILE).is_file() {
+        let truth = DatasetFolder::open(&truth)?;
+        let description = truth.description();
+        let template = description.check_template(bundle.template());
+        template.blame("recording", folder)?;
         let samples = description.samples;
-        Err(anyhow!("its truth has {samples} frames, it has {count}")).blame("recording", folder)?;
-    }
-    let exact = truth.samples(camera)?;
-    let frames = recorded.zip(exact).map(|(recorded, exact)| {
-        let (mut frame, sample) = (recorded?, exact?);
-        frame.truth = FrameTruth::Exact {
-            maps: sample.truth,
-            has_template: sample.has_template,
-        };
-        Ok(frame)
-    });
+        if samples != count {
+            Err(anyhow!("its truth has {samples} frames, it has {count}")).blame("recording", folder)?;
+        }
+        let frames = recorded.zip(truth.samples(camera)?).map(|(recorded, exact)| {
+            let (mut frame, sample) = (recorded?, exact?);
+            frame.truth = FrameTruth::Exact {
+                maps: sample.truth,
+                has_template: sample.has_template,
+            };
+            Ok(frame)
+        });
+        ("exact truth", Box::new(frames))
+    } else {
+        ("measured depth", Box::new(recorded))
+    };
     Ok(FrameSet {
-        name: format!("{kind} {}, exact truth", folder.display()),
+        name: format!("{kind} {}, {truth}", folder.display()),
         count,
-        frames: Box::new(frames),
+        frames,
     })
 }

@@ -86,14 +86,11 @@ fn write_sheet(out: &Path, UnrolledSheet { template, stretch }: &UnrolledSheet) 
         &deepsft_formats::FolderKind::TEMPLATE,
         &template_to_files(template)?,
     )?;
-    let (size, texture) = (template.size_mm(), template.texture());
+    let (size, pixels, percent) = (template.size_mm(), template.texture().size(), 100.0 * stretch);
     println!(
-        "flat sheet of {:.1} x {:.1} mm with {} x {} pixels, laid flat with {:.1} % of stretching: {}",
+        "flat sheet of {:.1} x {:.1} mm with {pixels} pixels, laid flat with {percent:.1} % of stretching: {}",
         size.x,
         size.y,
-        texture.width(),
-        texture.height(),
-        100.0 * stretch,
         out.display()
     );
     Ok(())

@@ -108,13 +108,13 @@ pub struct TrainArguments {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     pub epochs: Option<u64>,
     /// Weight of the squared total variation in the losses of steps 2 and 3, the lambda of the paper; 0 trains without [default: 1e-9]
-    #[arg(long, value_name = "LAMBDA", value_parser = weight)]
+    #[arg(long, value_name = "LAMBDA", value_parser = |weight: &str| within(0.0..=f64::MAX, "a number of 0 or more", weight))]
     pub total_variation: Option<f64>,
     /// What step 3 does about light and colours before it compares [default: recorded; with the paper's preset ignored]
     #[arg(long, value_name = "LIGHT", value_parser = light())]
     pub light: Option<Light>,
     /// Fraction of the recording, at its end, that steps 2 and 3 do not train on but measure on
-    #[arg(long, value_name = "FRACTION", default_value_t = TrainConfig::ours().held_out_fraction, value_parser = fraction)]
+    #[arg(long, value_name = "FRACTION", default_value_t = TrainConfig::ours().held_out_fraction, value_parser = |fraction: &str| within(0.01..=0.99, "a fraction of 0.01 to 0.99", fraction))]
     pub held_out: f64,
     /// Seconds of step 1 between two measurements, each of which saves a checkpoint
     #[arg(long, value_name = "SECONDS", default_value_t = TrainConfig::ours().evaluate_every, value_parser = positive)]
@@ -176,12 +176,4 @@ fn light() -> impl TypedValueParser<Value = Light> {
         "recorded" => Light::Recorded,
         _ => Light::Fitted,
     })
-}
-
-fn weight(text: &str) -> Result<f64, String> {
-    within(0.0..=f64::MAX, "a number of 0 or more", text)
-}
-
-fn fraction(text: &str) -> Result<f64, String> {
-    within(0.01..=0.99, "a fraction of 0.01 to 0.99", text)
 }

@@ -26,51 +26,34 @@ impl<'a> Plan<'a> {
             .filter(|step| numbers.contains(&step.number()))
             .collect();
         let (tuned, from) = (!steps.is_empty(), arguments.from.is_some());
-        let refusals = [
-            (
-                numbers.windows(2).any(|pair| pair[0] >= pair[1]),
-                "--steps are to be in their order, each once",
-            ),
-            (
-                synthetic && arguments.template.is_none(),
-                "step 1 starts from --template",
-            ),
-            (
-                !synthetic && arguments.template.is_some(),
-                "steps 2 and 3 start from --model",
-            ),
-            (
-                !synthetic && !arguments.data.is_empty(),
-                "--data is for step 1; steps 2 and 3 take --recording",
-            ),
-            (
-                !synthetic && from,
-                "--from is for step 1; steps 2 and 3 start from --model",
-            ),
-            (
-                from && arguments.network != NetworkChoice::Compact,
-                "--from begins with a trunk of the compact network: leave --network away",
-            ),
-            (
-                synthetic && tuned && arguments.network == NetworkChoice::R50f,
-                "steps 2 and 3 train refinement blocks: --network r50f has none",
-            ),
-            (
-                !tuned && arguments.recording.is_some(),
-                "--recording is for steps 2 and 3: add them to --steps",
-            ),
-            (tuned && arguments.recording.is_none(), "steps 2 and 3 need --recording"),
-        ];
-        if let Some((_, reason)) = refusals.into_iter().find(|(is_refused, _)| *is_refused) {
-            return Err(usage(reason));
-        }
-        Ok(Self {
-            config: config(arguments)?,
-            synthetic,
-            steps,
-            recording: arguments.recording.as_deref(),
-            out: &arguments.out,
-        })
+        let reason = if numbers.windows(2).any(|pair| pair[0] >= pair[1]) {
+            "--steps are to be in their order, each once"
+        } else if synthetic && arguments.template.is_none() {
+            "step 1 starts from --template"
+        } else if !synthetic && arguments.template.is_some() {
+            "steps 2 and 3 start from --model"
+        } else if !synthetic && !arguments.data.is_empty() {
+            "--data is for step 1; steps 2 and 3 take --recording"
+        } else if !synthetic && from {
+            "--from is for step 1; steps 2 and 3 start from --model"
+        } else if from && arguments.network != NetworkChoice::Compact {
+            "--from begins with a trunk of the compact network: leave --network away"
+        } else if synthetic && tuned && arguments.network == NetworkChoice::R50f {
+            "steps 2 and 3 train refinement blocks: --network r50f has none"
+        } else if !tuned && arguments.recording.is_some() {
+            "--recording is for steps 2 and 3: add them to --steps"
+        } else if tuned && arguments.recording.is_none() {
+            "steps 2 and 3 need --recording"
+        } else {
+            return Ok(Self {
+                config: config(arguments)?,
+                synthetic,
+                steps,
+                recording: arguments.recording.as_deref(),
+                out: &arguments.out,
+            });
+        };
+        Err(usage(reason))
     }
 
     /// Takes in that data sets have so many samples to train on: they are what the paper's epochs are made of.

@@ -11,8 +11,8 @@ use deepsft_geometry::{ColorResponse, training_camera};
 use deepsft_network::Network;
 use deepsft_synth::{DATASET_FILE, DatasetFolder, Recording, Sample, TRUTH_FOLDER};
 use deepsft_train::{
-    Checkpoint, Device, Progress, RecordedFrames, RecordingMetrics, TrainConfig, TuningSet, TuningStep, curve_csv,
-    set_aside_outdated, tune, tuning_json, tuning_table,
+    Checkpoint, Device, Progress, RecordedFrames, RecordingMetrics, TrainConfig, Trained, TuningSet, TuningStep,
+    curve_csv, set_aside_outdated, tune, tuning_json, tuning_table,
 };
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -20,12 +20,9 @@ use std::path::Path;
 /// Name of the file with the figures before and after, in a bundle.
 pub const FIGURES_FILE: &str = "tuning.json";
 
-/// What steps on a recording leave behind.
-pub struct TunedBundle {
-    pub network: Network,
-    /// Samples seen and seconds spent by all steps.
-    pub samples: u64,
-    pub seconds: f64,
+/// What steps on a recording tell.
+#[derive(Default)]
+pub struct Figures {
     /// Files for the bundle: figures, curves, plots.
     pub files: BTreeMap<String, Vec<u8>>,
     /// The table of figures, as text for people and in the card.
@@ -33,7 +30,7 @@ pub struct TunedBundle {
 }
 
 /// Trains the blocks of the steps of `plan` of the network of `bundle` on the recording in `folder`.
-pub fn run(bundle: &ModelBundle, folder: &Path, plan: &Plan<'_>, device: &Device) -> Result<TunedBundle> {
+pub fn run(bundle: &ModelBundle, folder: &Path, plan: &Plan<'_>, device: &Device) -> Result<(Trained, Figures)> {
     let recording = Recording::open(folder).blame("recording", folder)?;
     let canonical = training_camera();
     let mut network = Network::from_folded(bundle.network(), device)?;
@@ -69,12 +66,11 @@ pub fn run(bundle: &ModelBundle, folder: &Path, plan: &Plan<'_>, device: &Device
         truth: &truth,
     };
     let mut rows = Vec::new();
-    let mut tuned = TunedBundle {
-        network: network.clone(),
-        samples: 0,
-        seconds: 0.0,
-        files: BTreeMap::new(),
-        table: String::new(),
+    let (before, mut figures) = (&bundle.card().provenance, Figures::default());
+    let mut state = Checkpoint {
+        samples: before.samples,
+        seconds: before.seconds,
+        ..Checkpoint::default()
     };
     for &step in &plan.steps {
         println!("step {}: {}", step.number(), step.block().name());
@@ -110,24 +106,22 @@ pub fn run(bundle: &ModelBundle, folder: &Path, plan: &Plan<'_>, device: &Device
             rows.push(("before".to_owned(), done.before));
         }
         rows.push((format!("after step {}", step.number()), done.after));
-        tuned.add(step, &done.state)?;
+        state.samples += done.state.samples;
+        state.seconds += done.state.seconds;
+        figures.add(step, &done.state)?;
         network = done.network;
     }
     if let Some(exact) = RecordingMetrics::of_truth(set)? {
         rows.push(("the truth itself".to_owned(), exact));
     }
-    tuned.network = network;
-    tuned.table = tuning_table(kind, recording.frames(), frames.held_out.len(), &rows);
-    tuned
-        .files
-        .insert(FIGURES_FILE.to_owned(), tuning_json(kind, &frames, &rows)?);
-    Ok(tuned)
+    figures.table = tuning_table(kind, recording.frames(), frames.held_out.len(), &rows);
+    let json = tuning_json(kind, &frames, &rows)?;
+    figures.files.insert(FIGURES_FILE.to_owned(), json);
+    Ok((Trained { network, state }, figures))
 }
 
-impl TunedBundle {
+impl Figures {
     fn add(&mut self, step: TuningStep, state: &Checkpoint) -> Result<()> {
-        self.samples += state.samples;
-        self.seconds += state.seconds;
         let name = |ending: &str| format!("step-{}.{ending}", step.number());
         self.files.insert(name("csv"), curve_csv(&state.curve).into_bytes());
         if let Some(plot) = curve_plot::curve_plot(&state.curve) {

@@ -1,25 +1,44 @@
 //! A training that runs: its steps one after another, and the bundle that each leaves behind.
 
 use super::arguments::TrainArguments;
-use super::bundle_folder::BUNDLE_FOLDER;
 use super::data_sets::DataSets;
 use super::plan::Plan;
 use super::progress_lines::tell;
-use super::recording_steps::{self, TunedBundle};
+use super::recording_steps::{self, FIGURES_FILE, Figures};
 use crate::output::curve_plot;
 use crate::progress;
 use crate::synthesis::quoted;
 use anyhow::Result;
-use deepsft::{DeviceDescription, ModelBundle, encode_png};
-use deepsft_formats::{FolderLock, StagedFolder};
+use deepsft::{DeviceDescription, MODEL_FILE, ModelBundle, encode_png};
+use deepsft_formats::{FolderKind, FolderLock, StagedFolder};
 use deepsft_synth::Synthesizer;
 use deepsft_train::{
-    CARD_FILE, CURVE_FILE, Checkpoint, CurvePoint, Device, ModelLabel, SampleSource, Trained, TrainingCourse,
-    curve_csv, export_bundle, model_card, train,
+    CARD_FILE, CURVE_FILE, CurvePoint, Device, ModelLabel, SampleSource, Trained, TrainingCourse, curve_csv,
+    export_bundle, model_card, train,
 };
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
+
+/// The folder of a model bundle. One with a template in it may become a bundle.
+pub const BUNDLE_FOLDER: FolderKind = FolderKind {
+    known_by: &[MODEL_FILE, "template/template.json"],
+    files: &[
+        MODEL_FILE,
+        "weights.bpk",
+        "template/template.json",
+        "template/texture.png",
+        "template/mesh.obj",
+        CARD_FILE,
+        CURVE_FILE,
+        curve_plot::PLOT_FILE,
+        FIGURES_FILE,
+        "step-2.csv",
+        "step-2.png",
+        "step-3.csv",
+        "step-3.png",
+    ],
+};
 
 /// A training that runs.
 pub struct Training<'a> {
@@ -59,18 +78,9 @@ impl Training<'_> {
 
     /// Steps 2 and 3: a bundle from another one, written. `curve` is how that learned, if it did so now.
     pub fn recording_steps(&self, bundle: ModelBundle, curve: &[CurvePoint], recording: &Path) -> Result<ModelBundle> {
-        let tuned = recording_steps::run(&bundle, recording, self.plan, &self.device)?;
-        println!("\n{}", tuned.table);
-        let before = &bundle.card().provenance;
-        let trained = Trained {
-            network: tuned.network.clone(),
-            state: Checkpoint {
-                samples: before.samples + tuned.samples,
-                seconds: before.seconds + tuned.seconds,
-                ..Checkpoint::default()
-            },
-        };
-        self.write(trained, curve, Some(tuned))
+        let (trained, figures) = recording_steps::run(&bundle, recording, self.plan, &self.device)?;
+        println!("\n{}", figures.table);
+        self.write(trained, curve, Some(figures))
     }
 
     /// The card of a bundle.
@@ -91,25 +101,19 @@ impl Training<'_> {
     }
 
     /// Measures a network on synthetic images, and writes its bundle.
-    fn write(&self, trained: Trained, curve: &[CurvePoint], tuned: Option<TunedBundle>) -> Result<ModelBundle> {
+    fn write(&self, trained: Trained, curve: &[CurvePoint], figures: Option<Figures>) -> Result<ModelBundle> {
         println!("measuring on held-out synthetic images");
         let arguments = self.arguments;
-        let folder_name = || {
-            arguments
-                .out
-                .file_name()
-                .unwrap_or_default()
-                .to_string_lossy()
-                .into_owned()
-        };
+        let folder = arguments.out.file_name().unwrap_or_default();
+        let name = arguments.name.clone();
         let label = ModelLabel {
-            name: arguments.name.clone().unwrap_or_else(folder_name),
+            name: name.unwrap_or_else(|| folder.to_string_lossy().into_owned()),
             licence: arguments.licence.clone(),
             command: command_line(),
         };
         let bundle = export_bundle(trained, &self.synthesizer, &self.plan.config, label)?;
         let mut extra = BTreeMap::new();
-        let table = tuned.as_ref().map(|tuned| tuned.table.as_str());
+        let table = figures.as_ref().map(|figures| figures.table.as_str());
         extra.insert(CARD_FILE.to_owned(), self.card(&bundle, curve, table).into_bytes());
         if !curve.is_empty() {
             extra.insert(CURVE_FILE.to_owned(), curve_csv(curve).into_bytes());
@@ -117,7 +121,7 @@ impl Training<'_> {
         if let Some(plot) = curve_plot::curve_plot(curve) {
             extra.insert(curve_plot::PLOT_FILE.to_owned(), encode_png(&plot)?);
         }
-        extra.extend(tuned.into_iter().flat_map(|tuned| tuned.files));
+        extra.extend(figures.into_iter().flat_map(|figures| figures.files));
         extra.extend(bundle.to_files()?);
         StagedFolder::under(self.alone, &arguments.out, &BUNDLE_FOLDER)?
             .filled(&extra)?
@@ -128,9 +132,6 @@ impl Training<'_> {
 
 /// The command as it was typed, for the record.
 fn command_line() -> String {
-    let words = std::env::args().skip(1).map(quoted);
-    std::iter::once("deepsft".to_owned())
-        .chain(words)
-        .collect::<Vec<_>>()
-        .join(" ")
+    let words = std::env::args().skip(1).map(|word| format!(" {}", quoted(word)));
+    format!("deepsft{}", words.collect::<String>())
 }
