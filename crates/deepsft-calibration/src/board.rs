@@ -36,7 +36,7 @@ impl Board {
     /// [`CalibrationError::Board`] for fewer than 2 x 2 squares, more white squares than the 50 markers, or a side that is not positive.
     pub fn new(columns: u32, rows: u32, square_mm: f64) -> Result<Self, CalibrationError> {
         let spec = CharucoBoardSpec::new(rows, columns, square_mm as f32, MARKER_FRACTION as f32, DICT_4X4_50);
-        CharucoBoard::new(spec).map_err(CalibrationError::board)?;
+        CharucoBoard::new(spec).map_err(|error| CalibrationError::Board(error.to_string()))?;
         Ok(Self { spec, square_mm })
     }
 

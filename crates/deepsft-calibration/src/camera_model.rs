@@ -103,21 +103,22 @@ impl CameraModel {
                 DVec2::Y,
             ],
         };
-        match self {
-            Self::Focal | Self::Pinhole => {}
-            Self::Radial => gradients.extend([ray * r2, ray * r2 * r2].map(|d| focal * d)),
-            Self::Polynomial => {
-                let mixed = 2.0 * ray.x * ray.y;
-                let along = DVec2::splat(r2) + 2.0 * ray * ray;
-                let (p1, p2) = (DVec2::new(mixed, along.y), DVec2::new(along.x, mixed));
-                gradients.extend([ray * r2, ray * r2 * r2, p1, p2, ray * r2 * r2 * r2].map(|d| focal * d));
-            }
+        let terms = match self {
             Self::Fisheye => {
                 let (r, angle) = (r2.sqrt(), r2.sqrt().atan());
                 let direction = ray / r.max(1e-300);
-                gradients.extend([3, 5, 7, 9].map(|power| focal * direction * angle.powi(power)));
+                [3, 5, 7, 9].map(|power| focal * direction * angle.powi(power)).to_vec()
             }
-        }
+            _ => {
+                let mixed = 2.0 * ray.x * ray.y;
+                let along = DVec2::splat(r2) + 2.0 * ray * ray;
+                let (p1, p2) = (DVec2::new(mixed, along.y), DVec2::new(along.x, mixed));
+                let terms = [ray * r2, ray * r2 * r2, p1, p2, ray * r2 * r2 * r2];
+                terms.map(|d| focal * d).to_vec()
+            }
+        };
+        let rest = self.names().len() - gradients.len();
+        gradients.extend(&terms[..rest]);
         gradients
     }
 }

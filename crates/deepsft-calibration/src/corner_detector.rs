@@ -37,9 +37,8 @@ impl CornerDetector {
     /// [`CalibrationError::Board`] for a board that cannot be detected.
     pub fn charuco(board: &Board) -> Result<Self, CalibrationError> {
         let detector = CharucoDetector::new(CharucoParams::for_board(board.spec));
-        Ok(Self(Kind::Charuco(Box::new(
-            detector.map_err(CalibrationError::board)?,
-        ))))
+        let detector = detector.map_err(|error| CalibrationError::Board(error.to_string()))?;
+        Ok(Self(Kind::Charuco(Box::new(detector))))
     }
 
     /// The detector of a checkerboard, or of any part of one.
@@ -48,9 +47,8 @@ impl CornerDetector {
     /// [`CalibrationError::Board`] when the detector refuses its own settings.
     pub fn checkerboard() -> Result<Self, CalibrationError> {
         let detector = ChessboardDetector::new(ChessboardParams::default());
-        Ok(Self(Kind::Checkerboard(Box::new(
-            detector.map_err(CalibrationError::board)?,
-        ))))
+        let detector = detector.map_err(|error| CalibrationError::Board(error.to_string()))?;
+        Ok(Self(Kind::Checkerboard(Box::new(detector))))
     }
 
     /// What it looks for.
@@ -73,29 +71,28 @@ impl CornerDetector {
                 height,
                 data: &grey,
             };
-            // These detectors have the centre of the first pixel at (0, 0).
-            let pixel = |x: f32, y: f32| (DVec2::new(f64::from(x), f64::from(y)) + 0.5) * scale;
+            let vector = |x: f32, y: f32| DVec2::new(f64::from(x), f64::from(y));
             let found: Vec<_> = match &self.0 {
                 Kind::Charuco(detector) => (detector.detect(&view).iter())
                     .flat_map(|found| &found.corners)
-                    .map(|c| Correspondence {
-                        place_mm: DVec2::new(f64::from(c.target_position.x), f64::from(c.target_position.y)),
-                        pixel: pixel(c.position.x, c.position.y),
-                    })
+                    .map(|c| (vector(c.target_position.x, c.target_position.y), c.position))
                     .collect(),
                 Kind::Checkerboard(detector) => {
                     let corners = detect_corner_frame(&view, &default_chess_config()).corners;
                     (detector.detect(&corners).iter())
                         .flat_map(|found| &found.corners)
-                        .map(|c| Correspondence {
-                            place_mm: DVec2::new(f64::from(c.grid.u), f64::from(c.grid.v)) * ANY_SQUARE_MM,
-                            pixel: pixel(c.position.x, c.position.y),
-                        })
+                        .map(|c| (DVec2::new(c.grid.u.into(), c.grid.v.into()) * ANY_SQUARE_MM, c.position))
                         .collect()
                 }
             };
             if found.len() >= MIN_CORRESPONDENCES {
-                return Some(found);
+                // These detectors have the centre of the first pixel at (0, 0).
+                let pixel = |x: f32, y: f32| (vector(x, y) + 0.5) * scale;
+                let points = found.into_iter().map(|(place_mm, at)| Correspondence {
+                    place_mm,
+                    pixel: pixel(at.x, at.y),
+                });
+                return Some(points.collect());
             }
             if width.max(height) / 2 < SMALLEST_SIDE {
                 return None;

@@ -8,11 +8,8 @@ use thiserror::Error;
 #[non_exhaustive]
 pub enum CalibrationError {
     /// There is no such board.
-    #[error("no such board: {cause}")]
-    Board {
-        /// What is wrong with it.
-        cause: String,
-    },
+    #[error("no such board: {0}")]
+    Board(String),
     /// The image is empty.
     #[error(transparent)]
     Camera(#[from] GeometryError),
@@ -34,12 +31,4 @@ pub enum CalibrationError {
         /// Standard deviation of the focal length as a fraction of it; infinite where nothing fits.
         deviation: f64,
     },
-}
-
-impl CalibrationError {
-    pub(crate) fn board(cause: impl ToString) -> Self {
-        Self::Board {
-            cause: cause.to_string(),
-        }
-    }
 }

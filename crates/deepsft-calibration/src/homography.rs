@@ -32,17 +32,8 @@ pub fn homography(pairs: &[(DVec2, DVec2)]) -> Option<DMat3> {
         }
     }
     let h = matrix.llt(Side::Lower).ok()?.solve(&vector);
-    let between = DMat3::from_cols_array(&[
-        h[(0, 0)],
-        h[(3, 0)],
-        h[(6, 0)],
-        h[(1, 0)],
-        h[(4, 0)],
-        h[(7, 0)],
-        h[(2, 0)],
-        h[(5, 0)],
-        1.0,
-    ]);
+    let entry = |k: usize| if k < 8 { h[(k, 0)] } else { 1.0 };
+    let between = DMat3::from_cols_array(&[0, 3, 6, 1, 4, 7, 2, 5, 8].map(entry));
     let before = DMat3::from_scale(DVec2::splat(from_scale)) * DMat3::from_translation(-from);
     let after = DMat3::from_translation(to) * DMat3::from_scale(DVec2::splat(1.0 / to_scale));
     let whole = after * between * before;
@@ -66,13 +57,9 @@ pub fn focal_length(homographies: &[DMat3]) -> Option<f64> {
         let unit = (h.x_axis.length_squared() + h.y_axis.length_squared()).sqrt();
         let (u, v) = (h.x_axis / unit, h.y_axis / unit);
         let (u_image, v_image) = (u.truncate(), v.truncate());
-        for (a, b) in [
-            (u_image.dot(v_image), u.z * v.z),
-            (
-                u_image.length_squared() - v_image.length_squared(),
-                u.z * u.z - v.z * v.z,
-            ),
-        ] {
+        let at_right_angles = (u_image.dot(v_image), u.z * v.z);
+        let (u2, v2) = (u_image.length_squared(), v_image.length_squared());
+        for (a, b) in [at_right_angles, (u2 - v2, u.z * u.z - v.z * v.z)] {
             ab += a * b;
             aa += a * a;
         }

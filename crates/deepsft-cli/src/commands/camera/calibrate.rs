@@ -148,10 +148,10 @@ fn target(arguments: &CalibrateArguments) -> Result<FlatTarget> {
     if let Some(squares) = target.charuco {
         let board = squares.board(ANY_SQUARE_MM)?;
         let detector = CornerDetector::charuco(&board).map_err(|error| usage(error.to_string()))?;
-        return Ok(FlatTarget::Board(detector));
+        return Ok(FlatTarget::board(detector));
     }
     if target.checkerboard {
-        return Ok(FlatTarget::Board(CornerDetector::checkerboard()?));
+        return Ok(FlatTarget::board(CornerDetector::checkerboard()?));
     }
     if let (Some(file), Some(size)) = (&target.picture, arguments.size_mm) {
         return FlatTarget::print(printed(file, size)?);
@@ -192,13 +192,13 @@ fn views(target: &mut FlatTarget, inputs: &[PathBuf]) -> Result<Seen> {
             );
         }
         seen.photographs += 1;
-        match target.detect(picture)? {
+        match (target.detect)(picture)? {
             Some(view) => {
                 println!("{name}: {} points", view.len());
                 seen.views.push(view);
                 seen.names.push(name);
             }
-            None => println!("{name}: no {}", target.name()),
+            None => println!("{name}: no {}", target.name),
         }
         Ok(())
     };
@@ -228,7 +228,7 @@ fn views(target: &mut FlatTarget, inputs: &[PathBuf]) -> Result<Seen> {
 
 /// What to do about an error.
 fn explained(error: CalibrationError, target: &FlatTarget, seen: &Seen) -> anyhow::Error {
-    let (views, photographs, name) = (seen.views.len(), seen.photographs, target.name());
+    let (views, photographs, name) = (seen.views.len(), seen.photographs, target.name);
     match error {
         CalibrationError::Views { .. } if views == 0 => anyhow!(
             "no {name} was seen in any of the {photographs} photographs: is it the right one, sharp, evenly lit, and large enough in the image?"
@@ -247,7 +247,7 @@ fn explained(error: CalibrationError, target: &FlatTarget, seen: &Seen) -> anyho
 fn report(target: &FlatTarget, names: Vec<String>, found: Calibration) -> Report {
     let residuals = || found.views.iter().flat_map(|view| &view.residuals_px);
     Report {
-        target: target.name(),
+        target: target.name,
         model: found.model.name(),
         rms_px: found.rms_px,
         points: residuals().flatten().count(),

@@ -7,47 +7,45 @@ use deepsft_calibration::{CornerDetector, Correspondence, MIN_CORRESPONDENCES, r
 use deepsft_geometry::{Camera, Picture, Template};
 
 /// What is looked for.
-pub enum FlatTarget {
-    /// A board with corners.
-    Board(CornerDetector),
-    /// A flat print.
-    Print(Box<FeatureFinder>),
+pub struct FlatTarget {
+    /// What it is, for people.
+    pub name: &'static str,
+    /// Detects the points that a photograph shows. `None` where it does not show enough of the target.
+    pub detect: Box<dyn FnMut(&Picture) -> Result<Option<Vec<Correspondence>>>>,
 }
 
 impl FlatTarget {
-    /// The print of a flat template.
-    pub fn print(template: Template) -> Result<Self> {
-        let finder = FeatureFinder::new(template)?;
-        Ok(Self::Print(Box::new(finder)))
-    }
-
-    /// What it is, for people.
-    pub fn name(&self) -> &'static str {
-        match self {
-            Self::Board(detector) => detector.name(),
-            Self::Print(_) => "print",
+    /// A board with corners.
+    pub fn board(detector: CornerDetector) -> Self {
+        Self {
+            name: detector.name(),
+            detect: Box::new(move |picture| Ok(detector.detect(picture))),
         }
     }
 
-    /// The points that `picture` shows. `None` where it does not show enough of the target.
-    pub fn detect(&mut self, picture: &Picture) -> Result<Option<Vec<Correspondence>>> {
-        let finder = match self {
-            Self::Board(detector) => return Ok(detector.detect(picture)),
-            Self::Print(finder) => finder,
+    /// The print of a flat template.
+    pub fn print(template: Template) -> Result<Self> {
+        let mut finder = FeatureFinder::new(template)?;
+        let detect = move |picture: &Picture| {
+            // Only a start: the mesh that gathers the matches bends a little where the focal length is another.
+            let camera = Camera::typical(picture.size())?;
+            let mut view = View::new(picture, &camera);
+            let (features, feature_camera) = view.features()?;
+            let scale = camera.width() as f64 / feature_camera.width() as f64;
+            let found = finder.find(features, feature_camera)?;
+            let matches = found.iter().flat_map(|found| &found.matches);
+            let matches: Vec<_> = matches
+                .map(|m| Correspondence {
+                    place_mm: m.place.as_dvec2(),
+                    pixel: m.pixel.as_dvec2() * scale,
+                })
+                .collect();
+            let points = refine_print(finder.template(), picture, &matches);
+            Ok((points.len() >= MIN_CORRESPONDENCES).then_some(points))
         };
-        // Only a start: the mesh that gathers the matches bends a little where the focal length is another.
-        let camera = Camera::typical(picture.size())?;
-        let mut view = View::new(picture, &camera);
-        let (features, feature_camera) = view.features()?;
-        let scale = camera.width() as f64 / feature_camera.width() as f64;
-        let found = finder.find(features, feature_camera)?;
-        let matches: Vec<_> = (found.iter().flat_map(|found| &found.matches))
-            .map(|m| Correspondence {
-                place_mm: m.place.as_dvec2(),
-                pixel: m.pixel.as_dvec2() * scale,
-            })
-            .collect();
-        let points = refine_print(finder.template(), picture, &matches);
-        Ok((points.len() >= MIN_CORRESPONDENCES).then_some(points))
+        Ok(Self {
+            name: "print",
+            detect: Box::new(detect),
+        })
     }
 }
