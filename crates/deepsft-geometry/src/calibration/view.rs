@@ -34,10 +34,18 @@ pub(super) struct View {
 }
 
 /// The camera's normal equations after the mesh has been eliminated (the Schur complement).
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Reduced {
     pub(super) hessian: DMat4,
     pub(super) gradient: DVec4,
+}
+
+impl Reduced {
+    /// Nothing is known of the camera. (A matrix's own default is the identity.)
+    const NOTHING: Self = Self {
+        hessian: DMat4::ZERO,
+        gradient: DVec4::ZERO,
+    };
 }
 
 impl View {
@@ -48,7 +56,7 @@ impl View {
             tracked,
             vertices,
             sensitivities: Default::default(),
-            reduced: Reduced::default(),
+            reduced: Reduced::NOTHING,
             energy: f64::INFINITY,
         }
     }
@@ -99,7 +107,7 @@ impl View {
         self.energy = fitted.energy;
         self.vertices = fitted.vertices;
         self.confidence = fitted.correlation.confidence;
-        (self.reduced, self.sensitivities) = (Reduced::default(), Default::default());
+        (self.reduced, self.sensitivities) = (Reduced::NOTHING, Default::default());
         if let Some((coupling, mut reduced, (sensitivities, step))) = linearized {
             let dot = |a: &[DVec3], b: &[DVec3]| a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum::<f64>();
             for (k, coupling) in coupling.iter().enumerate() {
@@ -127,7 +135,7 @@ impl View {
 /// J_x^T W J_c, one column for each of the camera's parameters, and J_c^T W J_c and J_c^T W r.
 fn linearized(term: &PhotoConsistency<'_>, camera: &Camera, vertices: &[DVec3]) -> ([Vec<DVec3>; 4], Reduced) {
     let mut coupling: [Vec<DVec3>; 4] = std::array::from_fn(|_| vec![DVec3::ZERO; vertices.len()]);
-    let mut own = Reduced::default();
+    let mut own = Reduced::NOTHING;
     term.linearize_pixels(vertices, |at| {
         let gradients = pixel_gradients(camera, at.p_camera);
         let gradient = DVec4::from_array(gradients.map(|pixel| pixel.dot(at.pixel_gradient)));

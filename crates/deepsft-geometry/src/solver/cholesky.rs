@@ -223,11 +223,11 @@ mod tests {
     fn product(cholesky: &SparseCholesky, values: &[f64], x: &[f64]) -> Vec<f64> {
         let mut product = vec![0.0; x.len()];
         for (column, ends) in cholesky.column_starts.windows(2).enumerate() {
-            for k in ends[0]..ends[1] {
-                let row = cholesky.rows[k];
-                product[row] += values[k] * x[column];
+            let entries = ends[0]..ends[1];
+            for (&row, value) in cholesky.rows[entries.clone()].iter().zip(&values[entries]) {
+                product[row] += value * x[column];
                 if row != column {
-                    product[column] += values[k] * x[row];
+                    product[column] += value * x[row];
                 }
             }
         }

@@ -127,3 +127,29 @@ fn views_that_say_the_same_are_not_taken_and_another_camera_starts_afresh() {
     assert_eq!(calibration.meshes().count(), 1);
     assert!(calibration.offer(&picture, &other, &mesh[1..]).is_err());
 }
+
+#[test]
+fn a_view_that_was_not_fitted_yet_does_not_make_room_for_the_next() {
+    let (template, camera) = (template(), training_camera());
+    let options = SelfCalibrationOptions {
+        min_views: 2,
+        max_views: 2,
+        ..SelfCalibrationOptions::default()
+    };
+    let mut calibration = SelfCalibration::new(&template, options).unwrap();
+    let meshes = [[0.5, 0.1], [-0.4, 0.3], [0.1, 0.6], [-0.2, -0.5]].map(|pose| sheet(&template, 0.001, 0.2, pose));
+    for (k, mesh) in meshes.iter().enumerate() {
+        let picture = image(&template, mesh, &camera);
+        assert!(calibration.offer(&picture, &camera, mesh).unwrap());
+        if k == 1 {
+            assert!(calibration.solve(1).unwrap().is_none(), "after one update it is not said");
+        }
+    }
+    let nearest = |mesh: Vec<DVec3>| {
+        let distance = |k: &usize| rms(&mesh, &meshes[*k]);
+        (0..4).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap()
+    };
+    let mut kept: Vec<usize> = calibration.meshes().map(nearest).collect();
+    kept.sort_unstable();
+    assert_eq!(kept, [2, 3]);
+}
