@@ -142,7 +142,10 @@ fn a_view_that_was_not_fitted_yet_does_not_make_room_for_the_next() {
         let picture = image(&template, mesh, &camera);
         assert!(calibration.offer(&picture, &camera, mesh).unwrap());
         if k == 1 {
-            assert!(calibration.solve(1).unwrap().is_none(), "after one update it is not said");
+            assert!(
+                calibration.solve(1).unwrap().is_none(),
+                "after one update it is not said"
+            );
         }
     }
     let nearest = |mesh: Vec<DVec3>| {
