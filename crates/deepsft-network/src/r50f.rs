@@ -10,7 +10,7 @@ use super::convolution_layer::Convolution;
 use super::description::{Cost, LayerTable};
 use super::maps::NetworkMaps;
 use super::resampling::max_pool;
-use super::resnet::{Resizing, Stack};
+use super::resnet::Stack;
 use super::weight_init::WeightInit;
 use burn::module::{Module, Param};
 use burn::tensor::{Tensor, activation::relu};
@@ -58,15 +58,14 @@ impl R50FNetwork {
     /// A network of `shape` for the images of `config`; drawn weights are by Glorot and Bengio.
     pub(super) fn new(shape: &R50FConfig, config: &NetworkConfig, init: WeightInit) -> Self {
         let width = |full: usize| full / shape.width_divisor;
-        use Resizing::{Kept, Stride};
         let stack = Stack::narrowed(shape.width_divisor, init);
         let neurons = width(shape.neurons);
         Self {
             entry: Convolution::normalised([3, width(64)], 7, 2, init),
-            encode2: stack(64, [64, 64, 256], Kept, 2),
-            encode3: stack(256, [128, 128, 512], Stride(2), 3),
-            encode4: stack(512, [256, 256, 1024], Stride(2), 5),
-            encode5: stack(1024, [512, 512, R50FConfig::ENCODED_CHANNELS], Stride(2), 2),
+            encode2: stack(64, [64, 64, 256], [1, 1], 2),
+            encode3: stack(256, [128, 128, 512], [2, 1], 3),
+            encode4: stack(512, [256, 256, 1024], [2, 1], 5),
+            encode5: stack(1024, [512, 512, R50FConfig::ENCODED_CHANNELS], [2, 1], 2),
             neurons: Dense::new(
                 width(R50FConfig::ENCODED_CHANNELS) * R50FConfig::ENCODED_SIZE.0 * R50FConfig::ENCODED_SIZE.1,
                 neurons,

@@ -146,7 +146,7 @@ impl WithSimd for DirectRows<'_> {
             )
         } else {
             let read = &mut self.scratch.read;
-            direct.read(simd, layer, self.rows.clone(), read.values_mut());
+            direct.read(layer, self.rows.clone(), read.values_mut());
             let [_, columns] = input.size(first.shape);
             (read.values(), direct.kernel, (columns + direct.kernel - 1) * inputs)
         };
@@ -175,9 +175,8 @@ impl WithSimd for DirectRows<'_> {
 impl Direct {
     /// The input rows of the output rows `made` with a border of zeros: `read` [rows, columns, channels].
     #[inline(always)]
-    fn read<S: Simd>(&self, simd: S, layer: LayerRun<'_>, made: Range<usize>, read: &mut [f32]) {
+    fn read(&self, layer: LayerRun<'_>, made: Range<usize>, read: &mut [f32]) {
         let convolution = &layer.spec.convolution;
-        let zero = simd.splat_f32s(0.0);
         let border = self.kernel / 2;
         let first = convolution.inputs[0];
         let [height, width] = first.size(layer.maps.view(first.map).shape);
@@ -205,19 +204,8 @@ impl Direct {
                 {
                     for to in to.chunks_exact_mut(self.inputs) {
                         let to = &mut to[first_channel..first_channel + channels];
-                        if self.unpadded {
-                            for (to, &from) in to.iter_mut().zip(from) {
-                                *to = if input.rectified && from < 0.0 { 0.0 } else { from };
-                            }
-                            continue;
-                        }
-                        let (to, _) = S::as_mut_simd_f32s(to);
-                        for (to, &from) in to.iter_mut().zip(S::as_simd_f32s(from).0) {
-                            *to = if input.rectified {
-                                simd.max_f32s(zero, from)
-                            } else {
-                                from
-                            };
+                        for (to, &from) in to.iter_mut().zip(from) {
+                            *to = if input.rectified && from < 0.0 { 0.0 } else { from };
                         }
                     }
                 }

@@ -15,13 +15,11 @@ pub(crate) struct ResidualPlan {
     pub(crate) outputs: Vec<MapId>,
 }
 
-/// What the first block of a stack does to the size: a stride, up-sampling.
-#[derive(Clone, Copy)]
-enum Resizing {
-    Kept,
-    Stride,
-    UpSampling,
-}
+/// STRIDE and up-sampling of the first block of a stack.
+type Resizing = (usize, usize);
+const KEPT: Resizing = (1, 1);
+const STRIDE: Resizing = (2, 1);
+const UP_SAMPLING: Resizing = (1, 2);
 
 /// Layers whose widths are divided.
 struct ResidualBuilder<'a> {
@@ -51,18 +49,17 @@ impl ResidualPlan {
     }
 
     fn r50f(config: &R50FConfig, weights: &Weights) -> Result<Self, PlanError> {
-        use Resizing::{Kept, Stride};
         let mut network = ResidualBuilder::new(config.width_divisor, weights);
         let image = network.image();
         let x = network.entry("", &[LayerInput::plain(image)], (2, 1))?;
-        let x = network.stack("encode2", x, [64, 64, 256], Kept, 2, [0, 0])?;
-        let x = network.stack("encode3", x, [128, 128, 512], Stride, 3, [0, 0])?;
-        let x = network.stack("encode4", x, [256, 256, 1024], Stride, 5, [0, 0])?;
+        let x = network.stack("encode2", x, [64, 64, 256], KEPT, 2, [0, 0])?;
+        let x = network.stack("encode3", x, [128, 128, 512], STRIDE, 3, [0, 0])?;
+        let x = network.stack("encode4", x, [256, 256, 1024], STRIDE, 5, [0, 0])?;
         let x = network.stack(
             "encode5",
             x,
             [512, 512, R50FConfig::ENCODED_CHANNELS],
-            Stride,
+            STRIDE,
             2,
             [0, 0],
         )?;
@@ -87,14 +84,13 @@ impl<'a> ResidualBuilder<'a> {
 
     /// Image -> depth, u, v.
     fn main_block(&mut self, image: MapId) -> Result<MapId, PlanError> {
-        use Resizing::{Kept, Stride, UpSampling};
         let x = self.entry("main.", &[LayerInput::plain(image)], (3, 0))?;
-        let x = self.stack("main.encode2", x, [64, 64, 256], Kept, 2, [0, 0])?;
-        let x = self.stack("main.encode3", x, [128, 128, 512], Stride, 3, [0, 0])?;
-        let x = self.stack("main.encode4", x, [256, 256, 1024], Stride, 5, [0, 0])?;
-        let x = self.stack("main.decode5", x, [1024, 1024, 256], Kept, 5, [0, 0])?;
-        let x = self.stack("main.decode6", x, [512, 512, 128], UpSampling, 3, [0, 1])?;
-        let x = self.stack("main.decode7", x, [256, 256, 64], UpSampling, 2, [0, 0])?;
+        let x = self.stack("main.encode2", x, [64, 64, 256], KEPT, 2, [0, 0])?;
+        let x = self.stack("main.encode3", x, [128, 128, 512], STRIDE, 3, [0, 0])?;
+        let x = self.stack("main.encode4", x, [256, 256, 1024], STRIDE, 5, [0, 0])?;
+        let x = self.stack("main.decode5", x, [1024, 1024, 256], KEPT, 5, [0, 0])?;
+        let x = self.stack("main.decode6", x, [512, 512, 128], UP_SAMPLING, 3, [0, 1])?;
+        let x = self.stack("main.decode7", x, [256, 256, 64], UP_SAMPLING, 2, [0, 0])?;
         let shape = [64 / self.divisor, 7, 1];
         let x = self
             .builder
@@ -109,12 +105,11 @@ impl<'a> ResidualBuilder<'a> {
 
     /// Image, depth, u and v -> `outputs` values of each pixel.
     fn refinement_block(&mut self, name: &str, seen: &[LayerInput], outputs: usize) -> Result<MapId, PlanError> {
-        use Resizing::{Kept, Stride, UpSampling};
         let x = self.entry(&format!("{name}."), seen, (3, 0))?;
-        let x = self.stack(&format!("{name}.encode2"), x, [64, 64, 256], Kept, 2, [0, 0])?;
-        let x = self.stack(&format!("{name}.encode3"), x, [128, 128, 512], Stride, 3, [0, 0])?;
-        let x = self.stack(&format!("{name}.decode6"), x, [512, 512, 128], UpSampling, 3, [0, 0])?;
-        let x = self.stack(&format!("{name}.decode7"), x, [256, 256, 64], UpSampling, 2, [1, 1])?;
+        let x = self.stack(&format!("{name}.encode2"), x, [64, 64, 256], KEPT, 2, [0, 0])?;
+        let x = self.stack(&format!("{name}.encode3"), x, [128, 128, 512], STRIDE, 3, [0, 0])?;
+        let x = self.stack(&format!("{name}.decode6"), x, [512, 512, 128], UP_SAMPLING, 3, [0, 0])?;
+        let x = self.stack(&format!("{name}.decode7"), x, [256, 256, 64], UP_SAMPLING, 2, [1, 1])?;
         let shape = [outputs, 3, 1];
         self.builder
             .layer(&[upsampled(x, 3, [0, 0])], &format!("{name}.output"), shape, None)
@@ -163,11 +158,7 @@ impl<'a> ResidualBuilder<'a> {
         [reduced, spatial, expanded]: [usize; 3],
         resizing: Option<Resizing>,
     ) -> Result<LayerInput, PlanError> {
-        let (stride, factor) = match resizing {
-            Some(Resizing::Stride) => (2, 1),
-            Some(Resizing::UpSampling) => (1, 2),
-            _ => (1, 1),
-        };
+        let (stride, factor) = resizing.unwrap_or(KEPT);
         let mut relu_layer = |x: LayerInput, layer: &str, shape: LayerShape, skip: Option<SkipInput>| {
             self.builder.relu_layer(&[x], &format!("{name}.{layer}"), shape, skip)
         };

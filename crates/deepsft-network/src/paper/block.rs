@@ -3,7 +3,7 @@
 use crate::convolution_layer::Convolution;
 use crate::description::LayerTable;
 use crate::resampling::{crop_rows, max_pool, upsample_nearest};
-use crate::resnet::{Resizing, Stack};
+use crate::resnet::Stack;
 use crate::weight_init::WeightInit;
 use burn::module::Module;
 use burn::tensor::{Tensor, activation::relu};
@@ -26,16 +26,15 @@ pub struct PaperBlock {
 impl PaperBlock {
     /// The Main Block, of `1 / divisor` of the paper's widths: image -> depth and registration.
     pub fn main(divisor: usize, init: WeightInit) -> Self {
-        use Resizing::{Kept, Stride, UpSampling};
         let (width, stack) = (64 / divisor, Stack::narrowed(divisor, init));
         Self {
             entry: Convolution::normalised([3, width], 7, 2, init),
-            encode2: stack(64, [64, 64, 256], Kept, 2),
-            encode3: stack(256, [128, 128, 512], Stride(2), 3),
-            encode4: Some(stack(512, [256, 256, 1024], Stride(2), 5)),
-            decode5: Some(stack(1024, [1024, 1024, 256], Kept, 5)),
-            decode6: stack(256, [512, 512, 128], UpSampling(2), 3).cropped(0, 23),
-            decode7: stack(128, [256, 256, 64], UpSampling(2), 2),
+            encode2: stack(64, [64, 64, 256], [1, 1], 2),
+            encode3: stack(256, [128, 128, 512], [2, 1], 3),
+            encode4: Some(stack(512, [256, 256, 1024], [2, 1], 5)),
+            decode5: Some(stack(1024, [1024, 1024, 256], [1, 1], 5)),
+            decode6: stack(256, [512, 512, 128], [1, 2], 3).cropped(0, 23),
+            decode7: stack(128, [256, 256, 64], [1, 2], 2),
             smooth: Some(Convolution::normalised([width, width], 7, 1, init)),
             output: Convolution::plain([width, 3], 3, init),
         }
@@ -44,16 +43,15 @@ impl PaperBlock {
     /// A refinement block that says `outputs` values per pixel, 1 for depth, 2 for registration: image, depth and registration ->
     /// these.
     pub fn refinement(divisor: usize, outputs: usize, init: WeightInit) -> Self {
-        use Resizing::{Kept, Stride, UpSampling};
         let (width, stack) = (64 / divisor, Stack::narrowed(divisor, init));
         Self {
             entry: Convolution::normalised([6, width], 7, 2, init),
-            encode2: stack(64, [64, 64, 256], Kept, 2),
-            encode3: stack(256, [128, 128, 512], Stride(2), 3),
+            encode2: stack(64, [64, 64, 256], [1, 1], 2),
+            encode3: stack(256, [128, 128, 512], [2, 1], 3),
             encode4: None,
             decode5: None,
-            decode6: stack(512, [512, 512, 128], UpSampling(2), 3),
-            decode7: stack(128, [256, 256, 64], UpSampling(2), 2).cropped(1, 90),
+            decode6: stack(512, [512, 512, 128], [1, 2], 3),
+            decode7: stack(128, [256, 256, 64], [1, 2], 2).cropped(1, 90),
             smooth: None,
             output: Convolution::plain([width, outputs], 3, init),
         }

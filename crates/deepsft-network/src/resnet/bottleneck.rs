@@ -87,17 +87,6 @@ impl Bottleneck {
     }
 }
 
-/// What the first block of a [`Stack`] does to the size of a map.
-#[derive(Clone, Copy, Debug)]
-pub enum Resizing {
-    /// The size stays.
-    Kept,
-    /// It is divided by the stride of the block.
-    Stride(usize),
-    /// It is multiplied by nearest up-sampling before the block.
-    UpSampling(usize),
-}
-
 /// A convolutional or decoding block, a crop and identity blocks.
 #[derive(Module, Debug)]
 pub struct Stack {
@@ -109,16 +98,11 @@ pub struct Stack {
 
 impl Stack {
     /// What makes stacks of `1 / divisor` of the widths it is told: the channels that come in, the widths of the 1x1, 3x3
-    /// and 1x1 convolutions of each block, what the first block does to the size, and the number of identity blocks after
+    /// and 1x1 convolutions of each block, stride and nearest up-sampling of the first block, and the number of identity blocks after
     /// it.
-    pub fn narrowed(divisor: usize, init: WeightInit) -> impl Fn(usize, [usize; 3], Resizing, usize) -> Self {
-        move |inputs, widths, resizing, identities| {
+    pub fn narrowed(divisor: usize, init: WeightInit) -> impl Fn(usize, [usize; 3], [usize; 2], usize) -> Self {
+        move |inputs, widths, [stride, upsampling], identities| {
             let widths = widths.map(|width| width / divisor);
-            let (stride, upsampling) = match resizing {
-                Resizing::Kept => (1, 1),
-                Resizing::Stride(stride) => (stride, 1),
-                Resizing::UpSampling(factor) => (1, factor),
-            };
             Self {
                 first: Bottleneck::convolutional(inputs / divisor, widths, stride, upsampling, init),
                 identities: (0..identities).map(|_| Bottleneck::identity(widths, init)).collect(),

@@ -1,7 +1,7 @@
 //! Gradients through every kind of layer in training (batch statistics, strides, max pooling, up-sampling, cropping)
 //! against central differences, in double precision.
 
-use super::{Resizing, Stack};
+use super::Stack;
 use crate::convolution_layer::Convolution;
 use crate::resampling::{crop_rows, max_pool, upsample_nearest};
 use crate::weight_init::WeightInit;
@@ -24,12 +24,11 @@ struct Small {
 
 impl Small {
     fn new(init: WeightInit) -> Self {
-        use Resizing::{Stride, UpSampling};
         let stack = Stack::narrowed(1, init);
         Self {
             entry: Convolution::normalised([3, 4], 7, 2, init),
-            encode: stack(4, [3, 4, 6], Stride(2), 1),
-            decode: stack(6, [4, 3, 4], UpSampling(2), 1).cropped(0, 5),
+            encode: stack(4, [3, 4, 6], [2, 1], 1),
+            decode: stack(6, [4, 3, 4], [1, 2], 1).cropped(0, 5),
             output: Convolution::plain([4, 2], 3, init),
         }
     }

@@ -4,4 +4,4 @@ mod bottleneck;
 #[cfg(test)]
 mod gradient_test;
 
-pub use bottleneck::{Resizing, Stack};
+pub use bottleneck::Stack;
