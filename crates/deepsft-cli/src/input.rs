@@ -8,7 +8,7 @@ use deepsft_geometry::{Camera, Picture};
 use deepsft_synth::DatasetFolder;
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::{Component, Path, PathBuf};
+use std::path::{Component, Path};
 
 /// Reads a PNG or JPEG file.
 pub fn picture(path: &Path) -> Result<Picture> {
@@ -25,31 +25,6 @@ pub fn photograph(path: &Path) -> Result<(Picture, Option<Camera>)> {
         Ok((picture, camera))
     };
     read().blame("image", path)
-}
-
-/// Whether a file is a PNG or JPEG file by its name.
-pub fn is_picture(path: &Path) -> bool {
-    let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
-    ["png", "jpg", "jpeg"].iter().any(|known| extension == *known)
-}
-
-/// The PNG and JPEG files of a folder that is a `what` ("folder of frames"), by name. There must be one.
-pub fn images(folder: &Path, what: &'static str) -> Result<Vec<PathBuf>> {
-    let list = || -> Result<Vec<PathBuf>> {
-        let mut images = Vec::new();
-        for entry in fs::read_dir(folder)? {
-            let path = entry?.path();
-            if is_picture(&path) {
-                images.push(path);
-            }
-        }
-        if images.is_empty() {
-            bail!("there is no PNG or JPEG file in it");
-        }
-        images.sort();
-        Ok(images)
-    };
-    list().blame(what, folder)
 }
 
 /// Reads and checks a model bundle's folder.

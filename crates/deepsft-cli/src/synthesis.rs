@@ -1,6 +1,5 @@
 //! Options of the commands that make synthetic images, and the synthesiser that they ask for.
 
-use crate::input;
 use crate::numbers::within;
 use anyhow::Result;
 use clap::{Args, ValueEnum};
@@ -98,7 +97,7 @@ pub fn synthesizer(template: &Template, options: &SynthesisOptions) -> Result<Sy
     }
     let synthesizer = Synthesizer::new(template, config)?;
     Ok(match &options.backgrounds {
-        Some(folder) => synthesizer.with_photographs(input::images(folder, "folder of photographs")?)?,
+        Some(folder) => synthesizer.with_photographs(deepsft_formats::pictures_in(folder, "folder of photographs")?)?,
         None => synthesizer,
     })
 }

@@ -36,7 +36,7 @@ impl Video {
     /// `frames_per_s` goes before what the file says; a folder says nothing.
     pub fn open(path: &Path, frames_per_s: Option<f64>) -> Result<Self> {
         if path.is_dir() {
-            let mut images = input::images(path, "folder of frames")?;
+            let mut images = deepsft_formats::pictures_in(path, "folder of frames")?;
             alphanumeric_sort::sort_path_slice(&mut images);
             return Ok(Self {
                 frames_per_s: frames_per_s.unwrap_or(TYPICAL_RATE),

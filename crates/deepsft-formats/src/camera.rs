@@ -28,7 +28,7 @@ pub struct CameraFile {
 /// Where a file's `cx` and `cy` have the centres of pixels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum PixelCenters {
+enum PixelCenters {
     /// At 0.5, 1.5, ...: the image's corner is (0, 0) and its middle (width / 2, height / 2). So are our cameras.
     #[default]
     Half,
@@ -92,8 +92,9 @@ impl CameraFile {
 }
 
 /// Reads the content of a `camera.json`: `width`, `height`, `fx`, `fy`, `cx`, `cy` in pixels and, if the lens distorts,
-/// `distortion` in OpenCV's order (k1, k2, p1, p2, k3) or `fisheye` with the (k1, k2, k3, k4) of `cv::fisheye`. The image's corner is (0, 0) unless the file says
-/// `"pixel_centers": "integer"` (see [`PixelCenters`]), which calibrations by OpenCV need.
+/// `distortion` in OpenCV's order (k1, k2, p1, p2, k3) or `fisheye` with the (k1, k2, k3, k4) of `cv::fisheye`. The image's
+/// corner is (0, 0) and the centre of the first pixel (0.5, 0.5) unless the file says `"pixel_centers": "integer"`, as
+/// calibrations by OpenCV need: then half a pixel is added to `cx` and `cy`.
 ///
 /// ```
 /// let json = br#"{"width": 1280, "height": 720, "fx": 1010.5, "fy": 1008.0, "cx": 639.7, "cy": 358.6,

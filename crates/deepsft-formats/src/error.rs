@@ -35,9 +35,6 @@ pub enum FormatError {
         /// What is wrong with it.
         reason: String,
     },
-    /// The mesh of a template is not one of ours.
-    #[error("the template's mesh has a corner whose position and texture coordinates have different numbers")]
-    TemplateMesh,
     /// A scan cannot be made a template.
     #[error("{reason}")]
     Scan {
@@ -52,32 +49,11 @@ pub enum FormatError {
         /// Version this crate reads.
         expected: u32,
     },
-    /// A picture's file has 0 bytes.
-    #[error("picture file is empty (0 bytes)")]
-    PictureFileEmpty,
-    /// A picture has more pixels than is decoded.
-    #[error("picture of {width} x {height} pixels is too large: {limit}")]
-    PictureTooLarge {
-        /// Columns met.
-        width: u32,
-        /// Rows met.
-        height: u32,
-        /// The limit that it passes.
-        limit: String,
-    },
-    /// A picture's file is of an unknown kind, cut short or corrupt.
+    /// A picture's file is empty, of an unknown kind, too large, cut short or corrupt, or a picture is unfit to be written.
     #[error("picture cannot be read: {reason}")]
     PictureFile {
         /// What the decoder met.
         reason: String,
-    },
-    /// An array does not have as many values as its shape says.
-    #[error("{actual} values for an array of the shape {shape:?}")]
-    ValueCount {
-        /// Values met.
-        actual: usize,
-        /// The shape.
-        shape: Vec<usize>,
     },
     /// A file or folder cannot be used.
     #[error("{reason}: {path}")]

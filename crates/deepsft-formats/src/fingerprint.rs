@@ -3,7 +3,6 @@
 use deepsft_geometry::{Picture, Template};
 use serde::Serialize;
 use sha2::{Digest, Sha256};
-use std::io::{self, Write};
 
 /// The SHA-256 of bytes, in 64 hexadecimal digits.
 ///
@@ -21,10 +20,15 @@ pub fn sha256(bytes: &[u8]) -> String {
 /// [`FormatError::File`](crate::FormatError::File).
 #[cfg(feature = "fs")]
 pub fn sha256_file(path: &std::path::Path) -> Result<String, crate::error::FormatError> {
-    let hash = || -> io::Result<String> {
-        let mut hash = HashingWriter(Sha256::new());
-        io::copy(&mut std::fs::File::open(path)?, &mut hash)?;
-        Ok(hexadecimal(hash.0))
+    let hash = || -> std::io::Result<String> {
+        let (mut file, mut hash) = (std::fs::File::open(path)?, Sha256::new());
+        let mut piece = vec![0; 1 << 16];
+        loop {
+            match std::io::Read::read(&mut file, &mut piece)? {
+                0 => return Ok(hexadecimal(hash)),
+                length => hash.update(&piece[..length]),
+            }
+        }
     };
     hash().map_err(|error| crate::error::FormatError::unreadable(path, error))
 }
@@ -37,12 +41,8 @@ pub fn sha256_file(path: &std::path::Path) -> Result<String, crate::error::Forma
 /// assert_eq!(fingerprint(&(0.1, "a")), sha256(br#"[0.1,"a"]"#));
 /// ```
 pub fn fingerprint(value: &(impl Serialize + ?Sized)) -> String {
-    let mut hash = HashingWriter(Sha256::new());
-    if let Err(error) = serde_json::to_writer(&mut hash, value) {
-        // A map whose keys are no strings: what JSON cannot say is told apart by what it says of it.
-        hash.0.update(error.to_string());
-    }
-    hexadecimal(hash.0)
+    // A map whose keys are no strings: what JSON cannot say is told apart by what it says of it.
+    sha256(&serde_json::to_vec(value).unwrap_or_else(|error| error.to_string().into_bytes()))
 }
 
 /// Differs when a template's mesh or texture does.
@@ -56,20 +56,6 @@ pub fn template_fingerprint(template: &Template) -> String {
 /// Differs when a picture's size or a pixel does.
 pub fn picture_fingerprint(picture: &Picture) -> String {
     fingerprint(&(picture.width(), picture.height(), sha256(picture.rgb())))
-}
-
-/// What is written, hashed.
-struct HashingWriter(Sha256);
-
-impl Write for HashingWriter {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.0.update(bytes);
-        Ok(bytes.len())
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        Ok(())
-    }
 }
 
 fn hexadecimal(hash: Sha256) -> String {

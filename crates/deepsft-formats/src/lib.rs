@@ -12,13 +12,12 @@ mod foreign;
 mod glb;
 mod npy;
 mod obj;
-mod packing;
 mod picture;
 #[cfg(feature = "scan")]
 mod scan;
 mod template;
 
-pub use camera::{CAMERA_FILE, CameraFile, PixelCenters, camera_from_json, camera_to_json};
+pub use camera::{CAMERA_FILE, CameraFile, camera_from_json, camera_to_json};
 pub use error::FormatError;
 #[cfg(feature = "exif")]
 pub use exif::camera_from_exif;
@@ -29,15 +28,16 @@ pub use fingerprint::{fingerprint, picture_fingerprint, sha256, template_fingerp
 pub use folder::read_scan_file;
 #[cfg(feature = "fs")]
 pub use folder::{
-    FolderKind, FolderLock, StagedFolder, check_folder, read_camera, read_template, recover_folder, unfinished_folder,
-    write_file, write_folder,
+    FolderKind, FolderLock, StagedFolder, check_folder, pictures_in, read_camera, read_template, recover_folder,
+    unfinished_folder, write_file, write_folder,
 };
 pub use foreign::guarded;
 pub use glb::mesh_to_glb;
 pub use npy::{bool_npy, f32_npy, f32_npy_header};
 pub use obj::{mesh_from_obj, mesh_to_obj};
-pub use packing::pack_rectangles;
-pub use picture::{MAX_PICTURE_SIDE_PX, decode_image, decode_picture, encode_jpeg, encode_pixels, encode_png};
+pub use picture::{
+    MAX_PICTURE_SIDE_PX, decode_image, decode_picture, encode_jpeg, encode_pixels, encode_png, is_picture,
+};
 #[cfg(feature = "scan")]
 pub use scan::{Scan, ScanPart, ScannedTemplate, assemble_scan, read_scan};
 pub use template::{TEMPLATE_FILE, TemplateFile, template_to_files};

@@ -1,25 +1,17 @@
 //! NumPy's `.npy` format, version 1.0, little endian, C order.
 
-use crate::error::FormatError;
-
 /// NumPy's names of the kinds of values.
 const F32: &str = "<f4";
 const BOOL: &str = "|b1";
 
-/// The bytes of an `.npy` file of f32 values.
-///
-/// # Errors
-/// [`FormatError::ValueCount`] when there are more or fewer values than an array of this shape has.
-pub fn f32_npy(shape: &[usize], values: impl IntoIterator<Item = f32>) -> Result<Vec<u8>, FormatError> {
-    npy(F32, shape, values.into_iter().map(f32::to_le_bytes))
+/// The bytes of an `.npy` file of f32 values, row by row; `row` is the shape of one. There are as many rows as the values fill.
+pub fn f32_npy(row: &[usize], values: impl IntoIterator<Item = f32>) -> Vec<u8> {
+    npy(F32, row, values.into_iter().map(f32::to_le_bytes))
 }
 
-/// The bytes of an `.npy` file of booleans.
-///
-/// # Errors
-/// As [`f32_npy`].
-pub fn bool_npy(shape: &[usize], values: impl IntoIterator<Item = bool>) -> Result<Vec<u8>, FormatError> {
-    npy(BOOL, shape, values.into_iter().map(|value| [u8::from(value)]))
+/// As [`f32_npy`], of booleans.
+pub fn bool_npy(row: &[usize], values: impl IntoIterator<Item = bool>) -> Vec<u8> {
+    npy(BOOL, row, values.into_iter().map(|value| [u8::from(value)]))
 }
 
 /// What comes before the values in an `.npy` file of f32 values, for who writes those one after another (little endian).
@@ -27,26 +19,11 @@ pub fn f32_npy_header(shape: &[usize]) -> Vec<u8> {
     header(F32, shape)
 }
 
-fn npy<const N: usize>(
-    descr: &str,
-    shape: &[usize],
-    values: impl Iterator<Item = [u8; N]>,
-) -> Result<Vec<u8>, FormatError> {
-    let mut bytes = header(descr, shape);
-    let start = bytes.len();
-    bytes.extend(values.flatten());
-    let actual = (bytes.len() - start) / N;
-    if shape
-        .iter()
-        .try_fold(1, |product: usize, &side| product.checked_mul(side))
-        != Some(actual)
-    {
-        return Err(FormatError::ValueCount {
-            actual,
-            shape: shape.to_vec(),
-        });
-    }
-    Ok(bytes)
+fn npy<const N: usize>(descr: &str, row: &[usize], values: impl Iterator<Item = [u8; N]>) -> Vec<u8> {
+    let content: Vec<u8> = values.flatten().collect();
+    let row_bytes = row.iter().fold(N, |product, &side| product.saturating_mul(side)).max(1);
+    let shape = [&[content.len() / row_bytes], row].concat();
+    [header(descr, &shape), content].concat()
 }
 
 fn header(descr: &str, shape: &[usize]) -> Vec<u8> {

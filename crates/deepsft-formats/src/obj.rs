@@ -28,7 +28,7 @@ pub fn mesh_to_obj(mesh: &TriangleMesh) -> String {
 /// number. For files of other programs there is [`crate::read_scan`].
 ///
 /// # Errors
-/// [`FormatError::Obj`] names the line that is not understood; [`FormatError::TemplateMesh`] when a corner names
+/// [`FormatError::Obj`] names the line that is not understood; [`FormatError::TemplateFile`] when a corner names
 /// different numbers; [`FormatError::Geometry`] when the arrays do not fit together.
 pub fn mesh_from_obj(obj: &[u8]) -> Result<TriangleMesh, FormatError> {
     // A file that was cut or damaged is not read as another mesh.
@@ -49,7 +49,10 @@ pub fn mesh_from_obj(obj: &[u8]) -> Result<TriangleMesh, FormatError> {
     let mut faces = Vec::new();
     for face in file.groups.iter().flat_map(|group| &group.faces) {
         if face.iter().any(|corner| corner.texture != Some(corner.position)) {
-            return Err(FormatError::TemplateMesh);
+            return Err(FormatError::TemplateFile {
+                reason: "its mesh has a corner whose position and texture coordinates have different numbers"
+                    .to_owned(),
+            });
         }
         faces.push(face.map(|corner| corner.position));
     }

@@ -6,8 +6,11 @@ use deepsft_geometry::{ImageSize, Picture};
 use image::codecs::jpeg::JpegEncoder;
 use image::codecs::png::PngEncoder;
 use image::metadata::Orientation;
-use image::{DynamicImage, ExtendedColorType, ImageDecoder, ImageEncoder, ImageReader, Limits, RgbImage, Rgba};
+use image::{
+    DynamicImage, ExtendedColorType, ImageDecoder, ImageEncoder, ImageFormat, ImageReader, Limits, RgbImage, Rgba,
+};
 use std::io::Cursor;
+use std::path::Path;
 
 /// Longest side of a picture that is decoded, pixels. JPEG ends at 65,535; a 200-megapixel phone has 16,384.
 pub const MAX_PICTURE_SIDE_PX: u32 = 16_384;
@@ -15,14 +18,23 @@ pub const MAX_PICTURE_SIDE_PX: u32 = 16_384;
 /// Most memory the pixels of a picture may take, MiB, as the file has them and as 8-bit RGB: 178 megapixels.
 const MAX_MIB: u64 = 512;
 
+/// Whether a file is a picture that is decoded, by the ending of its name.
+///
+/// ```
+/// use deepsft_formats::is_picture;
+/// assert!(is_picture("a/b.JPG".as_ref()) && !is_picture("a/png".as_ref()) && !is_picture("clip.mp4".as_ref()));
+/// ```
+pub fn is_picture(path: &Path) -> bool {
+    // Which kinds there are is decided by the features of the crate `image`.
+    ImageFormat::from_path(path).is_ok_and(|format| format.reading_enabled())
+}
+
 /// Decodes a PNG or JPEG file. The picture is turned upright as its EXIF orientation asks,
 /// transparent parts become white as on paper, 16-bit values are rounded to 8 bits, grey becomes RGB.
 ///
 /// # Errors
-/// * [`FormatError::PictureFileEmpty`] for a file of 0 bytes.
-/// * [`FormatError::PictureTooLarge`] above [`MAX_PICTURE_SIDE_PX`] or 512 MiB of pixels; nothing of that
-///   size is allocated.
-/// * [`FormatError::PictureFile`] when the file is of another kind, cut short or corrupt.
+/// [`FormatError::PictureFile`] when the file is empty, of another kind, cut short or corrupt, or larger than
+/// [`MAX_PICTURE_SIDE_PX`] or 512 MiB of pixels; nothing of that size is allocated.
 pub fn decode_picture(bytes: &[u8]) -> Result<Picture, FormatError> {
     let (decoded, orientation) = decode(bytes)?;
     let rgb = if decoded.color().has_alpha() {
@@ -48,7 +60,7 @@ pub fn decode_image(bytes: &[u8]) -> Result<DynamicImage, FormatError> {
 
 fn decode(bytes: &[u8]) -> Result<(DynamicImage, Orientation), FormatError> {
     if bytes.is_empty() {
-        return Err(FormatError::PictureFileEmpty);
+        return Err(FormatError::picture("it is empty (0 bytes)"));
     }
     check_png(bytes).map_err(FormatError::picture)?;
     guarded(|| decode_unguarded(bytes)).map_err(FormatError::picture)?
@@ -70,7 +82,8 @@ fn decode_unguarded(bytes: &[u8]) -> Result<(DynamicImage, Orientation), FormatE
     // A file may hold one bit per pixel: what counts is also what becomes of it.
     let rgb_bytes = 3 * u64::from(width) * u64::from(height);
     let mib = decoder.total_bytes().max(rgb_bytes).div_ceil(1 << 20);
-    let too_large = |limit: String| FormatError::PictureTooLarge { width, height, limit };
+    let too_large =
+        |limit: String| FormatError::picture(format!("a size of {width} x {height} pixels is too large: {limit}"));
     if width.max(height) > MAX_PICTURE_SIDE_PX {
         return Err(too_large(format!("a side has at most {MAX_PICTURE_SIDE_PX} pixels")));
     }

@@ -5,7 +5,6 @@ mod pairs;
 mod prints;
 mod training;
 
-use crate::reading;
 use anyhow::{Result, ensure};
 use clap::Args;
 use deepsft::DeviceKind;
@@ -54,7 +53,7 @@ pub struct AnyPictureArguments {
 
 pub fn run(arguments: &AnyPictureArguments) -> Result<()> {
     let photographs = match &arguments.photographs {
-        Some(folder) => reading::pictures(folder)?,
+        Some(folder) => deepsft_formats::pictures_in(folder, "folder of pictures")?,
         None => Vec::new(),
     };
     ensure!(

@@ -1,11 +1,11 @@
 //! What commands read: bundles and pictures. Errors name the file.
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result};
 use deepsft::{Device, Estimator, MODEL_FILE, ModelBundle, decode_picture};
 use deepsft_geometry::Picture;
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// The model bundle in a folder.
 pub fn bundle(folder: &Path) -> Result<ModelBundle> {
@@ -28,23 +28,4 @@ pub fn estimator(bundle: &ModelBundle) -> Result<Estimator> {
 pub fn picture(path: &Path) -> Result<Picture> {
     let read = || -> Result<Picture> { Ok(decode_picture(&fs::read(path)?)?) };
     read().with_context(|| path.display().to_string())
-}
-
-/// The PNG and JPEG files of a folder, by name. There must be one.
-pub fn pictures(folder: &Path) -> Result<Vec<PathBuf>> {
-    let mut pictures = Vec::new();
-    for entry in fs::read_dir(folder).with_context(|| folder.display().to_string())? {
-        let path = entry?.path();
-        let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
-        if ["png", "jpg", "jpeg"].iter().any(|known| extension == *known) {
-            pictures.push(path);
-        }
-    }
-    ensure!(
-        !pictures.is_empty(),
-        "{}: there is no PNG or JPEG file in it",
-        folder.display()
-    );
-    pictures.sort();
-    Ok(pictures)
 }

@@ -9,14 +9,13 @@ use crate::{
 };
 use deepsft::geometry::{Picture, UnrolledSheet, unroll};
 use deepsft::{FormatError, decode_picture};
-use deepsft_formats::{assemble_scan, read_scan as read_scan_bytes};
+use deepsft_formats::{assemble_scan, is_picture, read_scan as read_scan_bytes};
 use js_sys::{Array, Object, Promise, Uint8ClampedArray};
 use std::{collections::BTreeMap, path::Path};
 use wasm_bindgen::prelude::*;
 
-/// Endings of a scan's own file, and of pictures.
+/// Endings of a scan's own file.
 const SCANS: [&str; 3] = ["obj", "glb", "gltf"];
-const PICTURES: [&str; 3] = ["png", "jpg", "jpeg"];
 
 /// Reads a scan out of its files by name: OBJ with MTL and pictures, glTF or GLB. The one picture beside a scan without materials is its
 /// texture.
@@ -95,8 +94,9 @@ fn scan_of(files: &BTreeMap<String, Vec<u8>>) -> Result<(&str, &[u8]), Failure> 
 /// The texture of a scan that comes with one picture and no materials.
 fn lone_texture(files: &BTreeMap<String, Vec<u8>>) -> Option<Result<Picture, FormatError>> {
     let is_bare = !ending(files, &["obj"]).is_empty() && ending(files, &["mtl"]).is_empty();
-    match ending(files, &PICTURES)[..] {
-        [(_, bytes)] if is_bare => Some(decode_picture(bytes)),
+    let mut pictures = files.iter().filter(|(name, _)| is_picture(name.as_ref()));
+    match (pictures.next(), pictures.next()) {
+        (Some((_, bytes)), None) if is_bare => Some(decode_picture(bytes)),
         _ => None,
     }
 }

@@ -247,7 +247,7 @@ impl Object {
     /// The results by file name, all but the report.
     fn files(&self, estimate: &Estimate, whole: Option<&TriangleMesh>) -> Result<BTreeMap<String, Vec<u8>>> {
         let (maps, canonical) = (&estimate.maps, &estimate.canonical);
-        let (rows, columns) = (maps.height(), maps.width());
+        let columns = maps.width();
         let template = self.finder.target().template();
         let rows_of_panels = [
             sheet::Row {
@@ -270,12 +270,12 @@ impl Object {
         let registration = maps.registration().iter().flatten().copied();
         let depth = maps.depth().iter().copied();
         let files = [
-            ("depth.npy", deepsft_formats::f32_npy(&[rows, columns], depth)?),
+            ("depth.npy", deepsft_formats::f32_npy(&[columns], depth)),
             (
                 "registration.npy",
-                deepsft_formats::f32_npy(&[rows, columns, 2], registration)?,
+                deepsft_formats::f32_npy(&[columns, 2], registration),
             ),
-            ("mask.npy", deepsft_formats::bool_npy(&[rows, columns], maps.mask())?),
+            ("mask.npy", deepsft_formats::bool_npy(&[columns], maps.mask())),
             ("sheet.png", encode_png(&sheet)?),
             ("mesh.glb", deepsft_formats::mesh_to_glb(&mesh, &self.texture_png)),
         ];

@@ -58,7 +58,7 @@ pub(super) fn sync_names(folder: &Path) -> io::Result<()> {
     if !cfg!(unix) {
         return Ok(());
     }
-    fs::File::open(folder)?.sync_all().or_else(|error| match error.kind() {
+    step(|| fs::File::open(folder)?.sync_all()).or_else(|error| match error.kind() {
         // EINVAL and EOPNOTSUPP of file systems that do not offer it, as some of the network.
         ErrorKind::InvalidInput | ErrorKind::Unsupported => Ok(()),
         _ => Err(error),

@@ -153,7 +153,8 @@ impl StagedFolder {
     /// Puts the folder in its place.
     ///
     /// # Errors
-    /// [`FormatError::Write`]; what was there before is still there then, and the error says where the new folder is.
+    /// [`FormatError::Write`] says where the new folder is. What was there before is still there then, unless the new folder
+    /// came to its place and only its name may not be on the disk yet.
     pub fn commit(mut self) -> Result<(), FormatError> {
         // From here on it is not this that removes it.
         let beside = std::mem::take(&mut self.beside);
@@ -172,14 +173,20 @@ impl StagedFolder {
             let _ = remove_files(&self.place, resumed_by);
             Ok(())
         };
-        put().map_err(|error| {
-            let kept = match self.resumed_by {
-                Some(_) => beside,
-                None => keep(&beside).unwrap_or(beside),
-            };
-            let reason = format!("{error}; what was made is now {}", kept.display());
-            FormatError::unwritten(&self.place, reason)
-        })
+        let reason = match put() {
+            Ok(()) => match sync_names(parent(&self.place)) {
+                Ok(()) => return Ok(()),
+                Err(error) => format!("{error}; it is in its place, and a power cut might undo that"),
+            },
+            Err(error) => {
+                let kept = match self.resumed_by {
+                    Some(_) => beside,
+                    None => keep(&beside).unwrap_or(beside),
+                };
+                format!("{error}; what was made is now {}", kept.display())
+            }
+        };
+        Err(FormatError::unwritten(&self.place, reason))
     }
 }
 
@@ -196,6 +203,7 @@ fn keep(folder: &Path) -> io::Result<PathBuf> {
 /// not of the `kind`: they are put into the new one first. Where the system can exchange two folders (Linux and macOS, on most file
 /// systems), one of them stands at `place` at any moment. Elsewhere [`recover_folder`] brings the older one back when the process was
 /// killed between two renames. Everything is on the disk before it comes to its place, so that a power cut leaves no half of it.
+/// An error says that `beside` is where it was.
 fn replace(beside: &Path, place: &Path, kind: &FolderKind) -> io::Result<()> {
     keep_foreign(beside, place, kind)?;
     let_all_read(beside, 0o755)?;
@@ -203,7 +211,7 @@ fn replace(beside: &Path, place: &Path, kind: &FolderKind) -> io::Result<()> {
     if step(|| exchange(beside, place)).is_ok() {
         // What stays of the old one is in nobody's way, and goes the next time.
         let _ = remove_folder(beside);
-        return sync_names(parent(place));
+        return Ok(());
     }
     // A folder cannot be renamed over a full one: the old one steps aside first.
     let old = hidden(place, "replaced");
@@ -218,7 +226,7 @@ fn replace(beside: &Path, place: &Path, kind: &FolderKind) -> io::Result<()> {
         return Err(error);
     }
     let _ = remove_folder(&old);
-    sync_names(parent(place))
+    Ok(())
 }
 
 /// Finishes a commit whose process was killed. The folder that it had put aside comes back if none is at `place`, else it goes.

@@ -50,7 +50,15 @@ fn holds_at_every_step(process: impl Fn(&Path, bool) -> Result<(), FormatError>)
             older
                 .iter()
                 .for_each(|(name, text)| fs::write(place.join(name), text).unwrap());
-            let killed = kill::at_step(steps, || drop(process(&place, false)));
+            let mut told = None;
+            let killed = kill::at_step(steps, || told = process(&place, false).err());
+            let told = told.map_or(String::new(), |error| error.to_string());
+            let is_there = fs::read_to_string(place.join("second")).is_ok();
+            assert_eq!(
+                told.is_empty() || told.contains("it is in its place"),
+                is_there,
+                "step {steps}: {told}"
+            );
             let found = |what: &str| format!("{what}, killed before step {steps}, {:?}", read(&place));
             recover_folder(&place).unwrap();
             let mut there = read(&place).unwrap();

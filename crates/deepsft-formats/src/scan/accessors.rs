@@ -6,6 +6,7 @@ use super::{Textures, refused};
 use crate::error::FormatError;
 use base64::Engine;
 use gltf::json::accessor::{ComponentType, Type};
+use gltf::json::root::Get;
 use gltf::json::validation::{Checked, USize64};
 use gltf::json::{Accessor, Index, Root, buffer};
 use percent_encoding::percent_decode_str;
@@ -52,9 +53,7 @@ impl<'a> Buffers<'a> {
 
     /// The bytes of a buffer view, and the distance between its elements if it says one.
     pub(super) fn view(&self, index: Index<buffer::View>) -> Result<(&[u8], Option<usize>), FormatError> {
-        let Some(view) = self.root.get(index) else {
-            return refused(format!("it names buffer view {index}, which is not there"));
-        };
+        let view = named(self.root, index, "buffer view")?;
         let Some(buffer) = self.buffers.get(view.buffer.value()) else {
             return refused(format!("buffer view {index} has no buffer"));
         };
@@ -73,9 +72,7 @@ impl<'a> Buffers<'a> {
 
     /// The elements of an accessor of vectors of N numbers (of N = 1: of numbers).
     pub(super) fn elements<const N: usize>(&mut self, index: Index<Accessor>) -> Result<Vec<[f64; N]>, FormatError> {
-        let Some(accessor) = self.root.get(index) else {
-            return refused(format!("it names accessor {index}, which is not there"));
-        };
+        let accessor = named(self.root, index, "accessor")?;
         let kinds = [Type::Scalar, Type::Vec2, Type::Vec3, Type::Vec4];
         if accessor.type_ != Checked::Valid(kinds[N - 1]) {
             return refused(format!("accessor {index} is not of the type {:?}", kinds[N - 1]));
@@ -87,17 +84,11 @@ impl<'a> Buffers<'a> {
             Checked::Valid(component) => component.0,
             Checked::Invalid => return refused(format!("accessor {index} has no component type")),
         };
-        let (size, largest) = match component {
-            ComponentType::U8 => (1, 255.0),
-            ComponentType::U16 => (2, 65535.0),
-            ComponentType::U32 => (4, 4_294_967_295.0),
-            ComponentType::F32 => (4, 1.0),
-            other => {
-                return refused(format!(
-                    "accessor {index} has the component type {other:?}, which is not read"
-                ));
-            }
-        };
+        if let ComponentType::I8 | ComponentType::I16 = component {
+            let reason = format!("accessor {index} has the component type {component:?}, which is not read");
+            return refused(reason);
+        }
+        let size = component.size();
         let Some(view) = accessor.buffer_view else {
             return refused(format!("accessor {index} has no data"));
         };
@@ -125,7 +116,12 @@ impl<'a> Buffers<'a> {
                 "it has more than {MAX_ELEMENTS} vertices and corners of faces: make it coarser"
             ));
         }
-        let scale = if accessor.normalized { largest } else { 1.0 };
+        // Of normalised whole numbers the largest is 1.
+        let scale = if accessor.normalized {
+            ((1_u64 << (8 * size)) - 1) as f64
+        } else {
+            1.0
+        };
         let number = |word: &[u8]| -> f64 {
             let mut four = [0; 4];
             four[..size].copy_from_slice(word);
@@ -139,6 +135,17 @@ impl<'a> Buffers<'a> {
             .map(element)
             .collect())
     }
+}
+
+/// What a document has at an index, a `what` ("node").
+pub(super) fn named<'a, T>(root: &'a Root, index: Index<T>, what: &str) -> Result<&'a T, FormatError>
+where
+    Root: Get<T>,
+{
+    let missing = || FormatError::Scan {
+        reason: format!("it names {what} {index}, which is not there"),
+    };
+    root.get(index).ok_or_else(missing)
 }
 
 /// The bytes that a URI stands for: data within it, or a file beside the scan.

@@ -2,7 +2,6 @@
 
 use super::refused;
 use crate::error::FormatError;
-use crate::packing::pack_rectangles;
 use deepsft_geometry::Picture;
 use deepsft_geometry::glam::DVec2;
 
@@ -50,6 +49,29 @@ pub(super) fn atlas(mut textures: Vec<Picture>) -> Result<(Picture, Vec<Region>)
     }
 }
 
+/// Lays rectangles (width, height) into a strip of `width` texels without overlap, `gap` texels between them and around
+/// them: the corner (x, y) of each, and the height that is used. Shelves, the highest rectangles first (next fit by
+/// decreasing height). `None` when one is too wide.
+fn pack_rectangles(sizes: &[(usize, usize)], width: usize, gap: usize) -> Option<(Vec<(usize, usize)>, usize)> {
+    let mut order: Vec<usize> = (0..sizes.len()).collect();
+    order.sort_by_key(|&i| std::cmp::Reverse(sizes[i].1));
+    let mut corners = vec![(0, 0); sizes.len()];
+    let (mut x, mut y, mut shelf) = (gap, gap, 0);
+    for i in order {
+        let (w, h) = sizes[i];
+        if w + 2 * gap > width {
+            return None;
+        }
+        if x + w + gap > width {
+            (x, y, shelf) = (gap, y + shelf + gap, 0);
+        }
+        corners[i] = (x, y);
+        x += w + gap;
+        shelf = shelf.max(h);
+    }
+    Some((corners, y + shelf + gap))
+}
+
 fn paint_atlas(
     textures: &[Picture],
     corners: &[(usize, usize)],
@@ -75,4 +97,16 @@ fn paint_atlas(
     }
     let pixel = |x: usize, y: usize| std::array::from_fn(|k| rgb[3 * (y * width + x) + k]);
     (Picture::from_fn(width, height, pixel), regions)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rectangles_lie_on_shelves_the_highest_first() {
+        let packed = pack_rectangles(&[(30, 10), (30, 20), (50, 10)], 64, 1).unwrap();
+        assert_eq!(packed, (vec![(32, 1), (1, 1), (1, 22)], 33));
+        assert!(pack_rectangles(&[(63, 1)], 64, 1).is_none());
+    }
 }

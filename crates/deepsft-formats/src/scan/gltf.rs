@@ -1,6 +1,6 @@
 //! glTF 2.0, binary (`.glb`) or as JSON (`.gltf`): the triangles of the default scene with their base colour textures.
 
-use super::accessors::{Buffers, content};
+use super::accessors::{Buffers, content, named};
 use super::{ScanPart, Textures, refused};
 use crate::error::FormatError;
 use deepsft_geometry::glam::{DMat4, DQuat, DVec2, DVec3, Mat4, Quat, Vec3};
@@ -88,14 +88,10 @@ impl Reading<'_, '_> {
             ));
         }
         let root = self.root;
-        let Some(node) = root.get(index) else {
-            return refused(format!("it names node {index}, which is not there"));
-        };
+        let node = named(root, index, "node")?;
         let scene_from_node = scene_from_parent * parent_from_node(node);
         if let Some(mesh) = node.mesh {
-            let Some(mesh) = root.get(mesh) else {
-                return refused(format!("it names mesh {mesh}, which is not there"));
-            };
+            let mesh = named(root, mesh, "mesh")?;
             let name = mesh.name.as_deref().unwrap_or("mesh");
             for primitive in &mesh.primitives {
                 let part = self
@@ -114,11 +110,8 @@ impl Reading<'_, '_> {
         if primitive.mode != Checked::Valid(Mode::Triangles) {
             return refused(format!("it is not made of triangles ({:?})", primitive.mode));
         }
-        let material = match primitive.material.map(|index| (index, self.root.get(index))) {
-            Some((index, None)) => return refused(format!("it names material {index}, which is not there")),
-            Some((_, material)) => material,
-            None => None,
-        };
+        let material = primitive.material.map(|index| named(self.root, index, "material"));
+        let material = material.transpose()?;
         let base = material.and_then(|material| material.pbr_metallic_roughness.base_color_texture.as_ref());
         if base
             .and_then(|base| base.extensions.as_ref())

@@ -45,7 +45,7 @@ fn a_line_that_is_not_understood_is_named() {
         );
     }
     let different = mesh_from_obj(GOOD.replace("f 1/1", "f 1/2").as_bytes()).unwrap_err();
-    assert!(matches!(different, FormatError::TemplateMesh));
+    assert!(different.to_string().contains("have different numbers"), "{different}");
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Which colour and depth pictures of a recording belong together.
 
 use crate::error::SynthError;
+use deepsft_formats::is_picture;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
@@ -109,9 +110,8 @@ fn pictures(folder: &Path, name: &str) -> Result<BTreeMap<String, PathBuf>, Synt
     let mut pictures = BTreeMap::new();
     for entry in fs::read_dir(&path).map_err(unreadable)? {
         let file = PathBuf::from(entry.map_err(unreadable)?.file_name());
-        let ending = file.extension().unwrap_or_default().to_ascii_lowercase();
         if let Some(stem) = file.file_stem()
-            && ["png", "jpg", "jpeg"].iter().any(|known| ending == *known)
+            && is_picture(&file)
         {
             pictures.insert(stem.to_string_lossy().into_owned(), Path::new(name).join(&file));
         }

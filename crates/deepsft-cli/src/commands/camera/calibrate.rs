@@ -204,10 +204,10 @@ fn views(target: &mut FlatTarget, inputs: &[PathBuf]) -> Result<Seen> {
     };
     for path in inputs {
         if path.is_dir() {
-            for image in input::images(path, "folder of photographs")? {
+            for image in deepsft_formats::pictures_in(path, "folder of photographs")? {
                 look(image.display().to_string(), &input::picture(&image)?).blame("photograph", &image)?;
             }
-        } else if input::is_picture(path) {
+        } else if deepsft_formats::is_picture(path) {
             look(path.display().to_string(), &input::picture(path)?).blame("photograph", path)?;
         } else {
             for (frame, picture) in Video::open(path, None)?.frames.enumerate().step_by(VIDEO_STEP) {

@@ -1,0 +1,88 @@
+//! What is read from the disk: cameras, templates, scans, folders of pictures.
+
+use crate::camera::camera_from_json;
+use crate::error::FormatError;
+use crate::picture::{decode_picture, is_picture};
+#[cfg(feature = "scan")]
+use crate::scan::{Scan, read_scan};
+use crate::template::{TEMPLATE_FILE, TemplateFile};
+use deepsft_geometry::{Camera, Template};
+use std::path::{Path, PathBuf};
+use std::{fs, io};
+
+/// Reads a `camera.json`.
+///
+/// # Errors
+/// [`FormatError::Unusable`] when it is missing, corrupt or unfit.
+pub fn read_camera(path: &Path) -> Result<Camera, FormatError> {
+    let bytes = fs::read(path).map_err(|error| FormatError::unusable("camera file", path, error))?;
+    camera_from_json(&bytes).map_err(|error| FormatError::unusable("camera file", path, error))
+}
+
+/// Reads the template in `folder`: `template.json` and the files that it names.
+///
+/// # Errors
+/// [`FormatError::Unusable`] with the file that is missing, corrupt or unfit.
+pub fn read_template(folder: &Path) -> Result<Template, FormatError> {
+    let read = |what, path: &Path| fs::read(path).map_err(|error| FormatError::unusable(what, path, error));
+    let description = folder.join(TEMPLATE_FILE);
+    let file = TemplateFile::parse(&read("template", &description)?)
+        .map_err(|error| FormatError::unusable("template", &description, error))?;
+    let texture = folder.join(file.texture());
+    let (with_texture, with_mesh) = ("template with the texture", "template with the mesh");
+    let pixels = read(with_texture, &texture)?;
+    let unfit = |error| FormatError::unusable(with_texture, &texture, error);
+    let Some(name) = file.mesh() else {
+        // The size stands in the description, the rest of what can be wrong in the texture.
+        return file.template(&pixels, None).map_err(unfit);
+    };
+    let mesh = folder.join(name);
+    let triangles = read(with_mesh, &mesh)?;
+    decode_picture(&pixels).map_err(unfit)?;
+    file.template(&pixels, Some(&triangles))
+        .map_err(|error| FormatError::unusable(with_mesh, &mesh, error))
+}
+
+/// The pictures of a folder that is a `what` ("folder of frames"), by name. There must be one.
+///
+/// # Errors
+/// [`FormatError::Unusable`] when the folder cannot be read or holds none.
+pub fn pictures_in(folder: &Path, what: &'static str) -> Result<Vec<PathBuf>, FormatError> {
+    let list = || -> io::Result<Vec<PathBuf>> {
+        let paths: io::Result<Vec<PathBuf>> = fs::read_dir(folder)?.map(|entry| Ok(entry?.path())).collect();
+        let mut pictures = paths?;
+        pictures.retain(|path| is_picture(path));
+        pictures.sort();
+        match pictures.is_empty() {
+            true => Err(io::Error::other("there is no PNG or JPEG file in it")),
+            false => Ok(pictures),
+        }
+    };
+    list().map_err(|error| FormatError::unusable(what, folder, error))
+}
+
+/// Reads the scan at `path` with the files beside it. `texture`, if given, is the picture file of all its parts.
+///
+/// # Errors
+/// [`FormatError::File`] for a file that cannot be read, and those of [`read_scan`].
+#[cfg(feature = "scan")]
+pub fn read_scan_file(path: &Path, texture: Option<&Path>) -> Result<Scan, FormatError> {
+    let picture = |path| decode_picture(&read_bounded(path)?).map_err(|error| FormatError::unreadable(path, error));
+    let texture = texture.map(picture).transpose()?;
+    let folder = path.parent().unwrap_or(Path::new("."));
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    read_scan(&name, &read_bounded(path)?, texture, &|beside| {
+        read_bounded(&folder.join(beside))
+    })
+}
+
+/// The bytes of a file of at most 4 GiB. Devices and pipes, which may never end, are refused.
+#[cfg(feature = "scan")]
+fn read_bounded(path: &Path) -> Result<Vec<u8>, FormatError> {
+    let read = || match fs::metadata(path)? {
+        file if !file.is_file() => Err(io::Error::other("it is not a file")),
+        file if file.len() > 4 << 30 => Err(io::Error::other("it is larger than 4 GiB")),
+        _ => fs::read(path),
+    };
+    read().map_err(|error| FormatError::unreadable(path, error))
+}
