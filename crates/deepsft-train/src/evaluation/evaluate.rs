@@ -67,7 +67,9 @@ pub struct SetMetrics {
     pub coverage: Option<f64>,
     /// E_pr of the paper, intensities in 0..=1.
     pub photo_consistency_error: Option<f64>,
-    /// Frames answered per second, one at a time: one over the mean, or the median, of [`FrameResult::seconds`].
+    /// Frames answered per second, one at a time: one over the mean, or the median, of [`FrameResult::seconds`]. Absent where
+    /// that was not taken.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub frames_per_second: Option<f64>,
 }
 

@@ -87,7 +87,11 @@ impl FrameReport {
             has_template: result.has_template,
             found: result.judgement.found,
             confidence: result.judgement.confidence,
-            metrics: SetMetrics::new(|metric| metric(result)),
+            // The same frames give the same lines; how long one took does not belong there.
+            metrics: SetMetrics {
+                frames_per_second: None,
+                ..SetMetrics::new(|metric| metric(result))
+            },
             measured_pixels: result.measured_pixels,
             network: result.network.map(|network| NetworkReport {
                 network_depth_rmse_mm: network.depth_rmse_mm,
