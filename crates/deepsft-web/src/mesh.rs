@@ -7,12 +7,16 @@ use wasm_bindgen::prelude::*;
 
 #[wasm_bindgen(typescript_custom_section)]
 const TYPE: &str = r#"
-/** One frame with the whole mesh in it. */
-export interface RawMesh {
-  /** Vertices of the whole mesh, (x, y, z) each, camera frame, mm. */
+/** The numbers of each vertex of a surface. */
+export interface RawSurface {
+  /** Places, (x, y, z) each, camera frame, mm. */
   vertices: Float32Array;
   /** How far the image confirms each vertex, 0 to 1; of a completion 1 where the maps show it, else 0. */
   confidence: Float32Array;
+}
+/** One frame with the whole mesh in it. */
+export interface RawMesh {
+  surface: RawSurface;
   /** Depth and registration of the mesh, as in RawEstimate. */
   depth: Float32Array;
   registration: Float32Array;
@@ -21,11 +25,18 @@ export interface RawMesh {
 }
 "#;
 
-/// A surface and its maps: a plain object, the `RawMesh` of TypeScript. Its arrays belong to JavaScript.
-pub fn mesh_object(surface: &Surface, maps: &Maps, solve_ms: f64) -> Object {
+/// The numbers of each vertex: a plain object, the `RawSurface` of TypeScript. Its arrays belong to JavaScript.
+pub fn surface_object(surface: &Surface) -> Object {
     object([
         ("vertices", positions(&surface.vertices_camera).into()),
         ("confidence", Float32Array::from(surface.confidence.as_slice()).into()),
+    ])
+}
+
+/// A surface and its maps: a plain object, the `RawMesh` of TypeScript. Its arrays belong to JavaScript.
+pub fn mesh_object(surface: &Surface, maps: &Maps, solve_ms: f64) -> Object {
+    object([
+        ("surface", surface_object(surface).into()),
         ("depth", Float32Array::from(maps.depth()).into()),
         (
             "registration",

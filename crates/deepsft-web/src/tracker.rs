@@ -4,7 +4,7 @@ use crate::{
     clock::{Stopwatch, now_s},
     failure::{Code, Failure},
     input::{camera_from, files_from, picture_from, printed_sheet, template_from, view_from},
-    mesh::positions,
+    mesh::surface_object,
     object::object,
     settle,
 };
@@ -129,12 +129,11 @@ impl MeshTracker {
     /// infinite for a guess, 0 where nobody wants it better. `focal` is the focal length, pixels, of the canonical image that it is followed
     /// in, and `asked` the targets that finders look for in it.
     ///
-    /// Resolves to the meshes of all targets in it: `vertices` (x, y, z each, camera frame, mm; empty unless found), `confidence` (of each
-    /// vertex, 0 to 1), `correlation` (of the whole visible print), solver `iterations`; whether all began `afresh` with it; the focal length
+    /// Resolves to the meshes of all targets in it: `surface` (null unless found), `correlation` (of the whole visible print), solver `iterations`; whether all began `afresh` with it; the focal length
     /// where it is told, a multiple of the given one with its standard deviation, a fraction of it; and what the next frame is for. Rejects
     /// with an `Error` whose `code` is `camera-intrinsics`, `image-unreadable` or `internal`.
     #[wasm_bindgen(
-        unchecked_return_type = "Promise<{ targets: { id: number, found: boolean, held: boolean, vertices: Float32Array, confidence: Float32Array, correlation: number, iterations: number }[], afresh: boolean, focal: { ratio: number, deviation: number } | null, next: { focal: number, intervalMs: number, question: { ids: number[], onlyConfirms: boolean } | null }, warpMs: number, trackMs: number }>"
+        unchecked_return_type = "Promise<{ targets: { id: number, found: boolean, held: boolean, surface: RawSurface | null, correlation: number, iterations: number }[], afresh: boolean, focal: { ratio: number, deviation: number } | null, next: { focal: number, intervalMs: number, question: { ids: number[], onlyConfirms: boolean } | null }, warpMs: number, trackMs: number }>"
     )]
     pub fn follow(
         &self,
@@ -306,16 +305,12 @@ fn answer_from(answer: &RawAnswer) -> Answer {
 
 /// A target in one frame: a plain object, whose arrays belong to JavaScript.
 fn target_object(followed: &Followed) -> Object {
-    let (vertices, confidence) = match &followed.surface {
-        Some(surface) => (surface.vertices_camera.as_slice(), surface.confidence.as_slice()),
-        None => (&[][..], &[][..]),
-    };
+    let surface = followed.surface.as_ref();
     object([
         ("id", followed.target.into()),
         ("found", followed.found.into()),
         ("held", followed.held.into()),
-        ("vertices", positions(vertices).into()),
-        ("confidence", Float32Array::from(confidence).into()),
+        ("surface", surface.map_or(JsValue::NULL, |surface| surface_object(surface).into())),
         ("correlation", followed.correlation.into()),
         ("iterations", (followed.iterations as u32).into()),
     ])

@@ -4,6 +4,7 @@ import initialise, { Engine, readScan as readScanFiles } from "../../pkg/deepsft
 import { DeepSftError } from "../error.js";
 import { framePixels } from "../frames/frame-pixels.js";
 import { closeFrame } from "../frames/image-input.js";
+import { surfaceArrays } from "../results/surface-mesh.js";
 import { addSource } from "../targets/add-source.js";
 import { probeWebGpu } from "./webgpu.js";
 
@@ -124,7 +125,7 @@ async function estimated({ id, frame, intrinsics, fit }) {
     if (value.fitted) ({ depth: value.depth, registration: value.registration } = value.fitted);
   }
   const { depth, registration, fitted } = value;
-  const arrays = [depth, registration, ...(fitted ? [fitted.vertices, fitted.confidence] : [])];
+  const arrays = [depth, registration, ...(fitted ? surfaceArrays(fitted.surface) : [])];
   return { value, transfer: [...new Set([...transfer, ...arrays.map(({ buffer }) => buffer)])] };
 }
 
@@ -175,6 +176,6 @@ function carried(raw, bitmap, readMs) {
  */
 export async function mesh({ id, width, focal, depth, registration, canonical }) {
   const value = await started().mesh(id, width, focal, depth, registration, canonical ?? undefined);
-  const arrays = value ? [value.vertices, value.confidence, value.depth, value.registration] : [];
+  const arrays = value ? [...surfaceArrays(value.surface), value.depth, value.registration] : [];
   return { value, transfer: arrays.map(({ buffer }) => buffer) };
 }

@@ -5,6 +5,7 @@ import { WorkerCalls } from "./worker-calls.js";
 
 /** @import { LoadProgress } from "./bundle.js" */
 /** @import { DeepSftErrorCode } from "../error.js" */
+/** @import { RawSurface } from "../results/surface-mesh.js" */
 /** @import { RawScan } from "../targets/scan.js" */
 /** @import { TargetSource } from "../targets/target-source.js" */
 
@@ -52,8 +53,7 @@ import { WorkerCalls } from "./worker-calls.js";
  * The whole mesh in one frame.
  *
  * @typedef {object} RawMesh
- * @property {Float32Array} vertices
- * @property {Float32Array} confidence
+ * @property {RawSurface} surface
  * @property {Float32Array} depth
  * @property {Float32Array} registration
  * @property {number} solveMs

@@ -151,7 +151,7 @@ export class Estimate {
     this.#fitted ??= this.#makeMesh({ id: this.target.id, ...maps, canonical: this.canonical.data });
     try {
       const fitted = await this.#fitted;
-      return fitted && new SurfaceMesh(fitted, this.target.mesh, "fit");
+      return fitted && new SurfaceMesh(fitted.surface, this.target.mesh, "fit");
     } catch (error) {
       this.#fitted = null;
       throw error;
@@ -163,7 +163,7 @@ export class Estimate {
     this.#completed ??= this.#makeMesh({ id: this.target.id, ...maps, canonical: null });
     try {
       const completed = await this.#completed;
-      return completed ? new SurfaceMesh(completed, this.target.mesh, "completion") : null;
+      return completed ? new SurfaceMesh(completed.surface, this.target.mesh, "completion") : null;
     } catch (error) {
       this.#completed = null;
       throw error;

@@ -7,6 +7,22 @@ import { placeOn } from "./place.js";
 /** @import { MeshTopology } from "../engine/engine-worker.js" */
 
 /**
+ * The numbers of each vertex as they cross from a worker: what `SurfaceMesh` makes its own.
+ *
+ * @typedef {{ vertices: Float32Array, confidence: Float32Array }} RawSurface
+ */
+
+/**
+ * The arrays of a surface, whose buffers cross without a copy.
+ *
+ * @param {RawSurface} surface
+ * @returns {Float32Array[]}
+ */
+export function surfaceArrays(surface) {
+  return Object.values(surface);
+}
+
+/**
  * Where a mesh comes from: fitted to one image (`fit`), completed from the finder's maps (`completion`), or followed through a
  * video (`tracking`).
  *
@@ -19,7 +35,7 @@ export class SurfaceMesh {
   #normals = null;
 
   /**
-   * @param {{ vertices: Float32Array, confidence: Float32Array }} raw
+   * @param {RawSurface} raw
    * @param {MeshTopology} topology
    * @param {MeshMethod} method
    */

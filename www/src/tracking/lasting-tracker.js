@@ -128,7 +128,7 @@ export class LastingTracker {
    * @returns {RawTracked}
    */
   #lost({ focal = CANONICAL_FOCAL }) {
-    const nothing = { vertices: new Float32Array(), confidence: new Float32Array(), correlation: 0, iterations: 0 };
+    const nothing = { surface: null, correlation: 0, iterations: 0 };
     const targets = (this.#request?.targets ?? []).map(({ id }) => ({ id, found: false, held: false, ...nothing }));
     const next = { focal, intervalMs: 0, question: null };
     return { targets, afresh: true, focal: null, next, times: { warpMs: 0, trackMs: 0 }, readMs: 0 };

@@ -161,7 +161,7 @@ export class MeshTracking {
       const seen = raw.targets.flatMap((one) => {
         const target = this.#followed.get(one.id);
         if (!target) return [];
-        const mesh = one.found ? new SurfaceMesh(one, target.mesh, "tracking") : null;
+        const mesh = one.surface ? new SurfaceMesh(one.surface, target.mesh, "tracking") : null;
         return [{ changed: one.changed, tracked: new TrackedTarget({ ...one, target, mesh }) }];
       });
       // Where a frame waits already, the worker follows it while the page draws this one.

@@ -5,6 +5,7 @@ import { CANONICAL_FOCAL } from "../camera/canonical.js";
 import { DeepSftError } from "../error.js";
 import { framePixels } from "../frames/frame-pixels.js";
 import { closeFrame } from "../frames/image-input.js";
+import { surfaceArrays } from "../results/surface-mesh.js";
 import { addSource } from "../targets/add-source.js";
 
 /** @import { AnswerEffect, AnswerRequest, FollowRequest, NextFrame, RawTracked, TrackerStartRequest } from "./tracker-worker.js" */
@@ -58,7 +59,7 @@ export async function follow({ timeS, afresh = false, frame, intrinsics, source,
   const { warpMs, trackMs, ...followed } = await tracker.follow(
     timeS, afresh, rgba, width, height, camera, taken, focalDeviation, focal, asked, onlyConfirms,
   );
-  const transfer = followed.targets.flatMap(({ vertices, confidence }) => [vertices.buffer, confidence.buffer]);
+  const transfer = followed.targets.flatMap(({ surface }) => (surface ? surfaceArrays(surface) : [])).map(({ buffer }) => buffer);
   return { value: { ...followed, times: { warpMs, trackMs }, readMs }, transfer };
 }
 

@@ -4,6 +4,7 @@ import { transferable } from "../engine/engine-worker.js";
 import { WorkerCalls } from "../engine/worker-calls.js";
 
 /** @import { RawAnswer, TargetRequest } from "../engine/engine-worker.js" */
+/** @import { RawSurface } from "../results/surface-mesh.js" */
 
 /**
  * The One-Euro filter of each vertex (Casiez, Roussel and Vogel 2012): a low-pass with the cut-off `minCutoff` (Hz, default 2)
@@ -47,9 +48,9 @@ import { WorkerCalls } from "../engine/worker-calls.js";
  */
 
 /**
- * One target in a frame: `vertices` and `confidence` are empty unless found.
+ * One target in a frame: `surface` is null unless found.
  *
- * @typedef {{ id: number, found: boolean, held: boolean, vertices: Float32Array, confidence: Float32Array, correlation: number, iterations: number }} RawTrackedTarget
+ * @typedef {{ id: number, found: boolean, held: boolean, surface: RawSurface | null, correlation: number, iterations: number }} RawTrackedTarget
  */
 
 /**

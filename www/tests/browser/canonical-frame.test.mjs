@@ -117,7 +117,7 @@ test("the tracker follows the browser's canonical image as it follows the whole 
           const { targets, readMs, times: { warpMs } } = await tracker.follow({ timeS: number / 30, frame, intrinsics, question });
           const answers = [{ id: 0, sightings: [vertices.slice()] }];
           if (question) await tracker.answer({ answers, sinceMissedMs: Infinity });
-          else meshes.push([...targets[0].vertices]);
+          else meshes.push([...targets[0].surface.vertices]);
           times.push(readMs + warpMs);
         }
         tracker.terminate(new Error("done"));

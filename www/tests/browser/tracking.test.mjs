@@ -100,8 +100,8 @@ test("the tracker follows a clip as the native one does", { timeout: SLOW_MS }, 
             const answers = [{ id: 0, sightings: [vertices] }];
             verdict = (await tracker.answer({ answers, sinceMissedMs: Infinity })).effects[0].effect;
           }
-          const [{ found, vertices }] = tracked.targets;
-          meshes.push(found ? [...vertices] : null);
+          const [{ surface }] = tracked.targets;
+          meshes.push(surface && [...surface.vertices]);
           times.push(tracked.times.trackMs);
         }
         const { depth } = await tracker.maps({ id: 0 });
