@@ -192,7 +192,11 @@ impl GpuExecutor {
     pub fn read(&mut self, stage: Stage, seen: Option<&[bool]>, maps: &mut Maps) -> Result<(), GeometryError> {
         let pipeline = &self.pipeline;
         match &mut self.cells {
-            Some(cells) => cells.read(stage, seen, |patch, at| logit(pipeline.result(2), patch, at), maps),
+            Some(cells) => {
+                // In a browser the pipeline cannot be shared between threads; its numbers can.
+                let logits = pipeline.result(2);
+                cells.read(stage, seen, |patch, at| logit(logits, patch, at), maps)
+            }
             None => read(3, self.range, |k| (pipeline.result(k), 4), (stage, seen), maps),
         }
     }
