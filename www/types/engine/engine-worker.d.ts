@@ -1,6 +1,7 @@
 import { WorkerCalls } from "./worker-calls.js";
 import type { LoadProgress } from "./bundle.js";
 import type { DeepSftErrorCode } from "../error.js";
+import type { RawSurface } from "../results/surface-mesh.js";
 import type { RawScan } from "../targets/scan.js";
 import type { TargetSource } from "../targets/target-source.js";
 export type EngineInfo = {
@@ -74,8 +75,7 @@ export type RawEstimate = {
     fitted: RawMesh | null;
 };
 export type RawMesh = {
-    vertices: Float32Array;
-    confidence: Float32Array;
+    surface: RawSurface;
     depth: Float32Array;
     registration: Float32Array;
     solveMs: number;
@@ -145,6 +145,7 @@ export type MeshRequest = {
 };
 /** @import { LoadProgress } from "./bundle.js" */
 /** @import { DeepSftErrorCode } from "../error.js" */
+/** @import { RawSurface } from "../results/surface-mesh.js" */
 /** @import { RawScan } from "../targets/scan.js" */
 /** @import { TargetSource } from "../targets/target-source.js" */
 /**
@@ -187,8 +188,7 @@ export type MeshRequest = {
  * The whole mesh in one frame.
  *
  * @typedef {object} RawMesh
- * @property {Float32Array} vertices
- * @property {Float32Array} confidence
+ * @property {RawSurface} surface
  * @property {Float32Array} depth
  * @property {Float32Array} registration
  * @property {number} solveMs

@@ -1,8 +1,24 @@
 import type { Camera } from "../camera/intrinsics.js";
 import type { MeshTopology } from "../engine/engine-worker.js";
-export type MeshMethod = "fit" | "completion" | "tracking";
+export type RawSurface = {
+    vertices: Float32Array;
+    confidence: Float32Array;
+};
 /** @import { Camera } from "../camera/intrinsics.js" */
 /** @import { MeshTopology } from "../engine/engine-worker.js" */
+/**
+ * The numbers of each vertex as they cross from a worker: what `SurfaceMesh` makes its own.
+ *
+ * @typedef {{ vertices: Float32Array, confidence: Float32Array }} RawSurface
+ */
+/**
+ * The arrays of a surface, whose buffers cross without a copy.
+ *
+ * @param {RawSurface} surface
+ * @returns {Float32Array[]}
+ */
+export declare function surfaceArrays(surface: RawSurface): Float32Array[];
+export type MeshMethod = "fit" | "completion" | "tracking";
 /**
  * Where a mesh comes from: fitted to one image (`fit`), completed from the finder's maps (`completion`), or followed through a
  * video (`tracking`).
@@ -26,14 +42,11 @@ export declare class SurfaceMesh {
     /** Where it comes from. */
     method: MeshMethod;
     /**
-     * @param {{ vertices: Float32Array, confidence: Float32Array }} raw
+     * @param {RawSurface} raw
      * @param {MeshTopology} topology
      * @param {MeshMethod} method
      */
-    constructor({ vertices, confidence }: {
-        vertices: Float32Array;
-        confidence: Float32Array;
-    }, { faces, textureCoordinates }: MeshTopology, method: MeshMethod);
+    constructor({ vertices, confidence }: RawSurface, { faces, textureCoordinates }: MeshTopology, method: MeshMethod);
     /**
      * Unit normals (x, y, z) of the vertices, camera frame: the mean of the faces around each, by their area. They point away
      * from the printed side's back: towards the camera where the print is seen.

@@ -1,5 +1,6 @@
 import { WorkerCalls } from "../engine/worker-calls.js";
 import type { RawAnswer, TargetRequest } from "../engine/engine-worker.js";
+import type { RawSurface } from "../results/surface-mesh.js";
 export type Smoothing = {
     minCutoff?: number;
     beta?: number;
@@ -65,8 +66,7 @@ export type RawTrackedTarget = {
     id: number;
     found: boolean;
     held: boolean;
-    vertices: Float32Array;
-    confidence: Float32Array;
+    surface: RawSurface | null;
     correlation: number;
     iterations: number;
 };
@@ -95,6 +95,7 @@ export type RawTracked = {
     readMs: number;
 };
 /** @import { RawAnswer, TargetRequest } from "../engine/engine-worker.js" */
+/** @import { RawSurface } from "../results/surface-mesh.js" */
 /**
  * The One-Euro filter of each vertex (Casiez, Roussel and Vogel 2012): a low-pass with the cut-off `minCutoff` (Hz, default 2)
  * for a vertex at rest. The cut-off rises by `beta` (Hz per mm/s, default 0.1) with the vertex's speed, so that motion hardly
@@ -131,9 +132,9 @@ export type RawTracked = {
  * @typedef {{ id: number, effect: "started" | "confirmed" | "restarted" | "dropped" | "ignored" }} AnswerEffect
  */
 /**
- * One target in a frame: `vertices` and `confidence` are empty unless found.
+ * One target in a frame: `surface` is null unless found.
  *
- * @typedef {{ id: number, found: boolean, held: boolean, vertices: Float32Array, confidence: Float32Array, correlation: number, iterations: number }} RawTrackedTarget
+ * @typedef {{ id: number, found: boolean, held: boolean, surface: RawSurface | null, correlation: number, iterations: number }} RawTrackedTarget
  */
 /**
  * The meshes in one frame as they cross from the worker.
