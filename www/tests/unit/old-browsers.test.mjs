@@ -41,7 +41,7 @@ const DONE_WITHOUT = {
 };
 
 /** Names that BCD knows from newer interfaces, and we from our own objects and three.js. */
-const OURS = [".colorSpace", ".projectionMatrix", ".reasons"];
+const OURS = [".colorSpace", ".confidence", ".projectionMatrix", ".reasons"];
 
 /** Global objects and what they are. */
 const KINDS = {
