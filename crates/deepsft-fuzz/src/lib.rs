@@ -1,6 +1,6 @@
 //! Fuzz targets: every reader of files from elsewhere, fed with any bytes.
 //!
-//! A reader gives a value or an error in words. A panic, more than 1 GB of memory or 10 s for one input are bugs.
+//! A reader gives a value or an error in words. A panic, more than 1 GB of memory or 30 s for one input are bugs.
 //! `cargo xtask fuzz` runs the targets under libFuzzer, whose mutations are guided by the code that they reach.
 
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::panic))]

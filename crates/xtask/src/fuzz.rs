@@ -17,7 +17,7 @@ use std::{
 pub const HERE: bool = cfg!(target_os = "linux");
 
 /// What one input may take at most: memory in MiB, which the program also counts by itself, and seconds.
-const LIMITS: [&str; 2] = ["-rss_limit_mb=1024", "-timeout=10"];
+const LIMITS: [&str; 2] = ["-rss_limit_mb=1024", "-timeout=30"];
 
 /// Where files are in memory.
 const MEMORY_FOLDER: &str = "/dev/shm";
@@ -75,7 +75,7 @@ pub fn check(root: &Path, seconds: u64) -> Result<()> {
     ] {
         // What was found before would be run first.
         tools::empty(&folder)?;
-        let Err(error) = program.fuzz(target, &folder, 60) else {
+        let Err(error) = program.fuzz(target, &folder, 180) else {
             bail!("{target} did not fail: the harness is blind")
         };
         let error = format!("{error:#}");

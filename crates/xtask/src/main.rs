@@ -74,7 +74,7 @@ enum Task {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         options: Vec<String>,
     },
-    /// Feeds the readers of all formats with inputs that mutate (libFuzzer); fails when one panics, or takes more than 1 GB or 10 s
+    /// Feeds the readers of all formats with inputs that mutate (libFuzzer); fails when one panics, or takes more than 1 GB or 30 s
     ///
     /// It may be stopped: inputs that reached something new stay in fuzz in the target folder, and the next run begins with them.
     /// So does an input that failed, which is run first until the bug is mended. Linux only; needs a C++ compiler.
