@@ -141,7 +141,7 @@ impl FeatureFinder {
             vertices = self.solver.bend(camera, &last, &vertices, DEVIATION * search, false)?;
         }
         Ok(Some(FoundSheet {
-            vertices_camera: self.solver.template_vertices(&vertices),
+            vertices_camera: self.solver.to_template.apply(&vertices),
             matches: last,
         }))
     }

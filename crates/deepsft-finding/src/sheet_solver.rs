@@ -27,7 +27,8 @@ const AFFINE_STEPS: usize = 8;
 #[derive(Debug)]
 pub(crate) struct SheetSolver {
     sheet: IsometricMesh,
-    to_template: GridInterpolation,
+    /// From vertices of the mesh to those of the template's own.
+    pub to_template: GridInterpolation,
     size_mm: DVec2,
 }
 
@@ -45,11 +46,6 @@ impl SheetSolver {
     /// The rest mesh.
     pub fn mesh(&self) -> &TriangleMesh {
         &self.sheet.mesh
-    }
-
-    /// The mesh's vertices as those of the template's own mesh.
-    pub fn template_vertices(&self, vertices: &[DVec3]) -> Vec<DVec3> {
-        self.to_template.apply(vertices)
     }
 
     /// The mesh bent until `matches` project to their pixels. `deviation_px`: their standard deviation. `soft`: it may stretch

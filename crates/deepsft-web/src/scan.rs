@@ -41,7 +41,13 @@ pub fn read_scan(
             let missing = || FormatError::Scan {
                 reason: format!("{} is missing: choose it together with the scan", path.display()),
             };
-            file_named(&files, path).cloned().ok_or_else(missing)
+            // Files that people choose have no folders.
+            let names = [Some(path.as_os_str()), path.file_name()];
+            let file = names
+                .into_iter()
+                .flatten()
+                .find_map(|name| files.get(&*name.to_string_lossy()));
+            file.cloned().ok_or_else(missing)
         };
         let mut scan = read_scan_bytes(name, bytes, texture, &beside).map_err(broken)?;
         scan.mm_per_unit = mm_per_unit.unwrap_or(scan.mm_per_unit);
@@ -99,13 +105,6 @@ fn lone_texture(files: &BTreeMap<String, Vec<u8>>) -> Option<Result<Picture, For
         (Some((_, bytes)), None) if is_bare => Some(decode_picture(bytes)),
         _ => None,
     }
-}
-
-/// A file that a scan names: files that people choose have no folders.
-fn file_named<'a>(files: &'a BTreeMap<String, Vec<u8>>, path: &Path) -> Option<&'a Vec<u8>> {
-    let last = path.file_name()?.to_string_lossy();
-    let whole = path.to_string_lossy();
-    files.get(&*whole).or_else(|| files.get(&*last))
 }
 
 fn picture_object(picture: &Picture) -> Object {

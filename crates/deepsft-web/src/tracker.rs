@@ -310,7 +310,10 @@ fn target_object(followed: &Followed) -> Object {
         ("id", followed.target.into()),
         ("found", followed.found.into()),
         ("held", followed.held.into()),
-        ("surface", surface.map_or(JsValue::NULL, |surface| surface_object(surface).into())),
+        (
+            "surface",
+            surface.map_or(JsValue::NULL, |surface| surface_object(surface).into()),
+        ),
         ("correlation", followed.correlation.into()),
         ("iterations", (followed.iterations as u32).into()),
     ])

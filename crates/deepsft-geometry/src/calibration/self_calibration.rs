@@ -219,7 +219,11 @@ impl SelfCalibration {
         let mut hessian = DMat4::from_diagonal(self.prior());
         let mut gradient = self.prior() * between(&assumed, &camera);
         let mut views = 0;
-        for view in self.trusted_views() {
+        let mut energies: Vec<f64> = self.views.iter().map(|view| view.energy).collect();
+        energies.sort_by(f64::total_cmp);
+        let good = energies.get(energies.len() / 4).copied().unwrap_or_default();
+        let most = RIGHT_MESH.max(WRONG_MESH * good);
+        for view in self.views.iter().filter(|view| view.energy <= most) {
             hessian += view.reduced.hessian;
             gradient += view.reduced.gradient;
             views += 1;
@@ -257,15 +261,6 @@ impl SelfCalibration {
     /// Returns the mesh of each kept view under the current camera: the template's vertices, camera frame, mm.
     pub fn meshes(&self) -> impl Iterator<Item = Vec<DVec3>> + '_ {
         self.views.iter().map(|view| self.fitter.fine_vertices(&view.vertices))
-    }
-
-    /// The views whose meshes are not wrong.
-    fn trusted_views(&self) -> impl Iterator<Item = &View> {
-        let mut energies: Vec<f64> = self.views.iter().map(|view| view.energy).collect();
-        energies.sort_by(f64::total_cmp);
-        let good = energies.get(energies.len() / 4).copied().unwrap_or_default();
-        let most = RIGHT_MESH.max(WRONG_MESH * good);
-        self.views.iter().filter(move |view| view.energy <= most)
     }
 
     /// Information on the parameters that was there before the views.

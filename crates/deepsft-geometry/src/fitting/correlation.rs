@@ -125,6 +125,8 @@ impl Correlation {
         let mut judged = Self {
             whole: whole.correlation(),
             points: compared,
+            confidence: Vec::with_capacity(around.len()),
+            is_hidden: Vec::with_capacity(around.len()),
             ..Self::default()
         };
         let mut telling = 0.0;

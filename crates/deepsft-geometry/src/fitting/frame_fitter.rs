@@ -60,11 +60,11 @@ impl FrameFitter {
     /// [`GeometryError::MapSize`] when image, camera and maps are not of one size, [`GeometryError::StartLength`] when a mesh does
     /// not have the template's vertices.
     pub fn fit(&mut self, image: &Picture, camera: &Camera, start: &Start) -> Result<Option<Surface>, GeometryError> {
-        let grey = GreyImage::of(image);
-        let observation = Observation::new(&grey, camera)?;
         let Some(mut from) = self.coarse.start(start, camera)? else {
             return Ok(None);
         };
+        let grey = GreyImage::of(image);
+        let observation = Observation::new(&grey, camera)?;
         let is_whole = matches!(start, Start::Mesh(_));
         // The coarse mesh finds its place, the fine one the details.
         let blurs = self.coarse.options.blurs.clone();

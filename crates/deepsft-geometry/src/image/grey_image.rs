@@ -4,10 +4,16 @@ use super::image_size::ImageSize;
 use super::picture::Picture;
 
 /// A grey image, row-major, 0..=255.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, PartialEq)]
 pub(crate) struct GreyImage {
     pub size: ImageSize,
     pub values: Vec<f32>,
+}
+
+impl std::fmt::Debug for GreyImage {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "GreyImage({})", self.size)
+    }
 }
 
 impl GreyImage {

@@ -175,6 +175,13 @@ impl MeshSolver {
         options: &SolveOptions,
     ) -> Result<Solution, GeometryError> {
         check_start(start, self.equations.gradient().len())?;
+        for term in terms {
+            let mut is_within = true;
+            term.stencils(&mut |stencil| is_within &= stencil.iter().all(|&vertex| vertex < start.len()));
+            if !is_within {
+                return Err(GeometryError::Coupling { term: term.name() });
+            }
+        }
         let initial: Vec<f64> = terms.iter().map(|t| t.energy(start)).collect();
         if let Some((term, &energy)) = terms.iter().zip(&initial).find(|(_, e)| !e.is_finite()) {
             return Err(GeometryError::StartEnergy {

@@ -37,7 +37,7 @@ impl DescriptorFinder {
     /// [`DeepSftError::Geometry`] for a template that is no sheet.
     pub fn new(network: &SharedDescriptorNetwork, template: &Template) -> Result<Self, DeepSftError> {
         Ok(Self {
-            picture: network.describe_picture(template)?,
+            picture: PictureDescriptors::new(network, template)?,
             network: network.clone(),
             features: FeatureFinder::new(template.clone())?,
         })

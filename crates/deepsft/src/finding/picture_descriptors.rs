@@ -92,14 +92,6 @@ impl SharedDescriptorNetwork {
     fn idle(&self) -> MutexGuard<'_, Vec<DescriptorExecutor>> {
         self.idle.lock().unwrap_or_else(PoisonError::into_inner)
     }
-
-    /// Descriptors of the picture on `template`, a sheet.
-    ///
-    /// # Errors
-    /// [`DeepSftError::Geometry`] for a picture without pixels.
-    pub(super) fn describe_picture(&self, template: &Template) -> Result<PictureDescriptors, DeepSftError> {
-        PictureDescriptors::new(&self.weights, template)
-    }
 }
 
 fn executor(size: ImageSize, weights: &Weights) -> Result<DescriptorExecutor, DeepSftError> {
@@ -154,8 +146,8 @@ pub struct ImageDescriptors {
 }
 
 impl PictureDescriptors {
-    /// Those of the picture on `template`, a sheet.
-    fn new(weights: &Weights, template: &Template) -> Result<Self, DeepSftError> {
+    /// Those of the picture on `template`, a sheet. [`DeepSftError::Geometry`] for a picture without pixels.
+    pub(super) fn new(network: &SharedDescriptorNetwork, template: &Template) -> Result<Self, DeepSftError> {
         let (mut values, mut cells, mut views) = (Vec::new(), Vec::new(), Vec::new());
         // Most views are of the size of another one.
         let mut networks = BTreeMap::new();
@@ -168,7 +160,7 @@ impl PictureDescriptors {
                 let picture_size = picture.size();
                 let network = match networks.entry(picture_size) {
                     Entry::Occupied(made) => made.into_mut(),
-                    Entry::Vacant(none) => none.insert(executor(picture_size, weights)?),
+                    Entry::Vacant(none) => none.insert(executor(picture_size, &network.weights)?),
                 };
                 let descriptors = network.describe(&picture)?;
                 let (columns, rows) = network.cells();
