@@ -279,6 +279,26 @@ fn a_sheet_that_comes_in_fast_is_followed_from_a_late_answer() {
     assert!(error < 1.0, "{error} px");
 }
 
+/// Farther than the widest blur of a fit reaches, to either side, while the light goes off.
+#[test]
+fn a_sheet_that_jumped_by_fifty_pixels_is_found_in_other_light() {
+    // Some 47 and 21 pixels, and 60 and 33.
+    for jump in [DVec3::new(54.0, -24.0, 0.0), DVec3::new(-69.0, 38.0, 0.0)] {
+        let mut video = Video::new();
+        let (picture, vertices) = (video.picture(0), video.vertices(0));
+        video.follow(0, &picture);
+        video.tracker.update(0, Some(&vertices)).unwrap();
+        let jumped: Vec<DVec3> = vertices.iter().map(|p| p + jump).collect();
+        let truth = VisibleSurface::new(video.template.mesh(), &jumped, &video.camera).maps();
+        let bright = image(&video.template, &truth);
+        let dim = Picture::from_fn(480, 270, |x, y| bright.pixel(x, y).map(|value| 20 + value / 2));
+        assert!(video.follow(1, &dim), "{jump}");
+        // A search finds the place, not every bend: as near as the widest blur reaches.
+        let error = error_px(&video.tracker, &video.template, &truth);
+        assert!(error < 12.0, "{error} px after {jump}");
+    }
+}
+
 #[test]
 fn what_a_search_has_found_is_dropped_when_the_network_does_not_see_it_there() {
     let Video {

@@ -4,6 +4,7 @@
 mod canonical;
 mod canonical_views;
 mod color_response;
+mod contrast_normalization;
 mod disjoint_sets;
 mod islands;
 mod lens;

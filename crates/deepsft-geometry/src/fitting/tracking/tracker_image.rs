@@ -36,3 +36,24 @@ impl TrackerImage {
         }))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_spare_image_gives_its_buffers_unless_it_is_held_elsewhere() {
+        let picture = |(width, height)| Picture::from_fn(width, height, |x, y| [(x * y % 251) as u8; 3]);
+        let buffers = |image: &TrackerImage| [&image.0.whole, &image.0.half].map(|image| image.values.as_ptr());
+        let mut image = TrackerImage::of(&picture((480, 270)));
+        let first = buffers(&image);
+        // That of a turned camera, and a smaller one.
+        for size in [(270, 480), (96, 54)] {
+            image = TrackerImage::of_into(&picture(size), Some(image));
+            assert_eq!(buffers(&image), first, "{size:?}");
+        }
+        let held = image.clone();
+        let other = TrackerImage::of_into(&picture((96, 54)), Some(image));
+        assert!(buffers(&other) != first && buffers(&held) == first);
+    }
+}
