@@ -69,6 +69,20 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_stiff_link_moves_its_ends_together_by_their_mobilities_and_none_that_is_held() {
+        let mut positions = [DVec3::ZERO, DVec3::X * 14.0];
+        let link = Link {
+            ends: [0, 1],
+            rest: 10.0,
+            compliance: 0.0,
+        };
+        link.solve(&mut positions, &[0.0, 0.0], 1e6);
+        assert_eq!(positions, [DVec3::ZERO, DVec3::X * 14.0]);
+        link.solve(&mut positions, &[3.0, 1.0], 1e6);
+        assert!(positions[0].distance(DVec3::X * 3.0) < 1e-12 && positions[1].distance(DVec3::X * 13.0) < 1e-12);
+    }
+
+    #[test]
     fn compliance_is_what_implicit_integration_of_a_spring_makes_of_it() {
         // A unit mass on a spring of stiffness k: one implicit step from an extension x ends at x / (1 + k dt^2).
         let (stiffness, step, extension) = (250.0, 0.05, 2.0);

@@ -188,6 +188,12 @@ mod tests {
     }
 
     #[test]
+    fn a_one_pixel_picture_has_one_level() {
+        let texture = Texture::new(&Picture::from_fn(1, 1, |_, _| [255; 3]));
+        assert!((texture.trilinear(Vec2::new(3.0, -2.0), 50.0).x - 1.0).abs() < 1e-6);
+    }
+
+    #[test]
     fn an_edge_stays_where_it_is_on_every_level_also_of_an_odd_size() {
         // Black up to u = 0.8. A level of 46.4 texels that is taken for one of 46 has its edge 0.3 texels off.
         let texture = Texture::new(&Picture::from_fn(1485, 4, |x, _| [if x < 1188 { 0 } else { 255 }; 3]));
