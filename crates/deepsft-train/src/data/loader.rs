@@ -187,27 +187,77 @@ fn window_corner(sample: &Sample, shape: BatchShape, seed: u64, index: u64) -> (
 
 #[cfg(test)]
 mod tests {
+    use super::super::window_batch::BatchTensors;
     use super::*;
     use crate::StoredSamples;
+    use burn::tensor::{Device, Tensor};
     use deepsft_geometry::{Picture, Template, training_camera};
     use deepsft_synth::{DatasetFolder, DatasetPlan, SynthConfig, Synthesizer, UnfinishedDataset};
+    use std::path::Path;
 
     const SEED: u64 = 3;
+
+    /// What makes samples, and the first eleven of them in one shard.
+    fn sources(place: &Path) -> (Arc<Synthesizer>, Arc<StoredSamples>) {
+        let template = Template::thin_shell(Picture::from_fn(9, 6, |x, _| [20 * x as u8; 3]), 180.0, 120.0).unwrap();
+        let synthesizer = Synthesizer::new(&template, SynthConfig::default()).unwrap();
+        let unfinished = UnfinishedDataset::open(place, DatasetPlan::new(&synthesizer, SEED, 0..11, 11)).unwrap();
+        unfinished.make(&synthesizer, None, || ()).unwrap();
+        let stored = StoredSamples::open(&[DatasetFolder::open(place).unwrap()], |_| ()).unwrap();
+        (Arc::new(synthesizer), Arc::new(stored))
+    }
 
     #[test]
     fn a_sample_that_cannot_be_read_stops_the_training_by_the_name_of_its_file() {
         let folder = tempfile::tempdir().unwrap();
-        let template = Template::thin_shell(Picture::from_fn(9, 6, |x, _| [20 * x as u8; 3]), 180.0, 120.0).unwrap();
-        let synthesizer = Synthesizer::new(&template, SynthConfig::default()).unwrap();
         let place = folder.path().join("set");
-        let unfinished = UnfinishedDataset::open(&place, DatasetPlan::new(&synthesizer, SEED, 0..11, 11)).unwrap();
-        unfinished.make(&synthesizer, None, || ()).unwrap();
-        let stored = Arc::new(StoredSamples::open(&[DatasetFolder::open(&place).unwrap()], |_| ()).unwrap());
+        let (_, stored) = sources(&place);
         std::fs::write(place.join("shard-000000.tar"), "cut").unwrap();
         let network = NetworkConfig::compact([180.0, 120.0], &training_camera());
         let mut loader = Loader::start(&stored, &network, SEED, Some(11), 2);
         loader.ask(0, BatchShape::whole_frames(2));
         assert!(loader.take().err().unwrap().to_string().contains("shard-000000.tar"));
+    }
+
+    /// Planes through the pixels of cells go on beyond the object's edge, where the files' rounding grows.
+    #[test]
+    fn windows_of_stored_samples_are_those_of_the_samples_that_are_made() {
+        let folder = tempfile::tempdir().unwrap();
+        let (synthesizer, stored) = sources(&folder.path().join("set"));
+        let values = |tensor: Tensor<4>| tensor.into_data().try_to_vec::<f32>().unwrap();
+        let close = |a: f32, b: f32| (a - b).abs() < 1e-3;
+        let mut cells = 0;
+        for (made, read) in windows(&synthesizer).into_iter().zip(windows(&stored)) {
+            assert_eq!(values(made.images), values(read.images));
+            assert_eq!(values(made.mask), values(read.mask));
+            assert_eq!(values(made.corners), values(read.corners));
+            let weight = values(made.cell_weight);
+            let same_weight = weight.iter().zip(values(read.cell_weight)).all(|(&a, b)| close(a, b));
+            let pairs = values(made.cells).into_iter().zip(values(read.cells));
+            let mut counted = pairs.zip(weight.iter().cycle()).filter(|(_, weight)| **weight > 0.0);
+            assert!(same_weight && counted.all(|((a, b), _)| close(a, b)));
+            cells += weight.iter().filter(|&&weight| weight > 0.0).count();
+        }
+        assert!(cells > 200, "{cells}");
+    }
+
+    /// Two windows of each of eight samples.
+    fn windows<S: SampleSource + 'static>(source: &Arc<S>) -> Vec<BatchTensors> {
+        let network = NetworkConfig::compact([180.0, 120.0], &training_camera());
+        let shape = BatchShape {
+            frames: 1,
+            width: 128,
+            height: 96,
+        };
+        let mut loader = Loader::start(source, &network, SEED, None, 2);
+        let batch = |first| {
+            loader.ask(first, shape);
+            match loader.take().unwrap() {
+                TrainingBatch::Cells(batch) => batch.into_tensors(&Device::flex()),
+                TrainingBatch::Maps(_) => panic!("maps for a compact network"),
+            }
+        };
+        (0..16).map(batch).collect()
     }
 
     #[test]

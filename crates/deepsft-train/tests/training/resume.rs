@@ -153,6 +153,48 @@ fn a_checkpoint_of_another_seed_is_refused_and_kept() {
 }
 
 #[test]
+fn a_checkpoint_is_gone_on_with_by_a_longer_training_of_the_same_kind_and_by_no_other() {
+    let _alone = alone();
+    let folder = tempfile::tempdir().unwrap();
+    let mut begun = config(&folder.path().join("checkpoint"), true);
+    begun.budget = Budget::Samples(2);
+    let (ours, small) = (synthesizer(), small_compact(&training_camera()));
+    let run = |source: &Arc<Synthesizer>, network: &NetworkConfig, config: &TrainConfig| {
+        train(source, network, config, &Device::flex(), |_| {})
+    };
+    run(&ours, &small, &begun).unwrap();
+    let refused =
+        |source: &Arc<Synthesizer>, network: &NetworkConfig, config: &TrainConfig| match run(source, network, config)
+            .err()
+        {
+            Some(TrainError::CheckpointMismatch { what, .. }) => what,
+            other => panic!("{other:?}"),
+        };
+    let grey = Template::thin_shell(Picture::from_fn(90, 60, |_, _| [9; 3]), 180.0, 120.0).unwrap();
+    let elsewhere = Arc::new(Synthesizer::new(&grey, SynthConfig::default()).unwrap());
+    assert!(refused(&elsewhere, &small, &begun).contains("template"));
+    assert_eq!(refused(&ours, &normalised(), &begun), "network");
+    let changes: [fn(&mut TrainConfig); 4] = [
+        |config| config.optimizer = TrainConfig::paper().optimizer,
+        |config| config.schedule.peak *= 2.0,
+        |config| config.schedule.windows.frames = 1,
+        |config| config.average_decay = 0.0,
+    ];
+    for change in changes {
+        let mut other = begun.clone();
+        change(&mut other);
+        assert!(refused(&ours, &small, &other).contains("preset"), "{other:?}");
+    }
+    let longer = TrainConfig {
+        budget: Budget::Samples(4),
+        evaluate_every: 1.0,
+        workers: 5,
+        ..begun
+    };
+    assert_eq!(run(&ours, &small, &longer).unwrap().state.samples, 4);
+}
+
+#[test]
 fn a_truncated_checkpoint_is_refused_by_the_name_of_the_file() {
     let _alone = alone();
     let folder = tempfile::tempdir().unwrap();
