@@ -109,7 +109,7 @@ mod tests {
     use deepsft_geometry::Picture;
 
     #[test]
-    fn edges_that_a_sharp_fold_cuts_short_recover_their_length_and_the_fold_stays() {
+    fn edges_that_a_sharp_fold_cuts_short_recover_their_length() {
         // A fold of 1 rad through the middle of the cells between columns 15 and 16 leaves the
         // horizontal edges there a chord of cos(0.5) = 0.878 of their length.
         let template = Template::thin_shell(Picture::from_fn(1, 1, |_, _| [0; 3]), 297.0, 210.0).unwrap();
