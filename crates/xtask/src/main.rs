@@ -64,15 +64,17 @@ enum Task {
     /// Has the demo page follow the poster for long, on the CPU and by WebGPU, while its camera, tab and GPU are taken away and given
     /// back; fails when memory has grown (more than an hour)
     Soak {
+        /// Frames that are followed on each device, 1000 or more [default: 10000]
+        #[arg(long)]
+        frames: Option<String>,
+        /// Some of cpu,webgpu,cycles
+        #[arg(long)]
+        only: Option<String>,
         /// Where samples and curves go [default: soak in the target folder]
         #[arg(long)]
         out: Option<PathBuf>,
         #[command(flatten)]
         build: Build,
-        /// After the others: --frames N, that are followed on each device, 1000 or more [default: 10000]; --only, some of
-        /// cpu,webgpu,cycles
-        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
-        options: Vec<String>,
     },
     /// Feeds the readers of all formats with inputs that mutate (libFuzzer); fails when one panics, or takes more than 1 GB or 30 s
     ///
@@ -138,7 +140,17 @@ fn run(task: Task) -> Result<()> {
         Task::Assertions => checks::assertions(&root),
         Task::Audit { offline } => audit::run(&root, offline),
         Task::Engines { build } => checks::engines(&root, !build.no_build),
-        Task::Soak { out, build, options } => {
+        Task::Soak {
+            frames,
+            only,
+            out,
+            build,
+        } => {
+            let options: Vec<String> = [("--frames", frames), ("--only", only)]
+                .into_iter()
+                .filter_map(|(name, value)| Some([name.to_owned(), value?]))
+                .flatten()
+                .collect();
             checks::soak(&root, !build.no_build, &below_target(out, "soak")?, &options)
         }
         Task::Fuzz(options) => fuzz::run(&root, &options),
@@ -177,7 +189,7 @@ mod tests {
         for line in [
             "test",
             "demo --lan --port 9000 --no-open --no-build",
-            "soak --out here --no-build --frames 1000 --only cpu,webgpu",
+            "soak --frames 1000 --only cpu,webgpu --out here --no-build",
             "site --out site",
             "notices deepsft-cli THIRD-PARTY.txt",
             "fuzz --target obj --input crash",
@@ -193,6 +205,7 @@ mod tests {
             "fuzz --input crash",
             "fuzz --seconds 0",
             "bench --runs 0",
+            "soak --fast",
         ] {
             assert!(parse(line).is_err(), "{line}");
         }
