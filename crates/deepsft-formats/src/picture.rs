@@ -2,7 +2,7 @@
 
 use crate::error::FormatError;
 use crate::foreign::{check_png, guarded};
-use deepsft_geometry::{ImageSize, Picture};
+use deepsft_geometry::{ImageSize, Picture, check_size};
 use image::codecs::jpeg::JpegEncoder;
 use image::codecs::png::PngEncoder;
 use image::metadata::Orientation;
@@ -36,7 +36,7 @@ pub fn is_picture(path: &Path) -> bool {
 /// [`FormatError::PictureFile`] when the file is empty, of another kind, cut short or corrupt, or larger than
 /// [`MAX_PICTURE_SIDE_PX`] or 512 MiB of pixels; nothing of that size is allocated.
 pub fn decode_picture(bytes: &[u8]) -> Result<Picture, FormatError> {
-    let (decoded, orientation) = decode(bytes)?;
+    let (decoded, orientation) = decode(bytes, None)?;
     let rgb = if decoded.color().has_alpha() {
         over_white(decoded)
     } else {
@@ -50,23 +50,23 @@ pub fn decode_picture(bytes: &[u8]) -> Result<Picture, FormatError> {
     Ok(Picture::new(width, height, rgb.into_raw())?)
 }
 
-/// Decodes a PNG or JPEG file as it is stored: its EXIF orientation does not count, transparency and 16-bit values stay.
+/// Decodes a PNG or JPEG file of a known size as it is stored: its EXIF orientation does not count, transparency and 16-bit values stay.
 ///
 /// # Errors
-/// As [`decode_picture`].
-pub fn decode_image(bytes: &[u8]) -> Result<DynamicImage, FormatError> {
-    Ok(decode(bytes)?.0)
+/// As [`decode_picture`], and before it is decoded when its size is another one.
+pub fn decode_image(bytes: &[u8], size: ImageSize) -> Result<DynamicImage, FormatError> {
+    Ok(decode(bytes, Some(size))?.0)
 }
 
-fn decode(bytes: &[u8]) -> Result<(DynamicImage, Orientation), FormatError> {
+fn decode(bytes: &[u8], size: Option<ImageSize>) -> Result<(DynamicImage, Orientation), FormatError> {
     if bytes.is_empty() {
         return Err(FormatError::picture("it is empty (0 bytes)"));
     }
     check_png(bytes).map_err(FormatError::picture)?;
-    guarded(|| decode_unguarded(bytes)).map_err(FormatError::picture)?
+    guarded(|| decode_unguarded(bytes, size)).map_err(FormatError::picture)?
 }
 
-fn decode_unguarded(bytes: &[u8]) -> Result<(DynamicImage, Orientation), FormatError> {
+fn decode_unguarded(bytes: &[u8], expected: Option<ImageSize>) -> Result<(DynamicImage, Orientation), FormatError> {
     let mut reader = ImageReader::new(Cursor::new(bytes))
         .with_guessed_format()
         .map_err(FormatError::picture)?;
@@ -79,6 +79,7 @@ fn decode_unguarded(bytes: &[u8]) -> Result<(DynamicImage, Orientation), FormatE
     reader.limits(limits);
     let mut decoder = reader.into_decoder().map_err(FormatError::picture)?;
     let (width, height) = decoder.dimensions();
+    expected.map_or(Ok(()), |size| check_size((width as usize, height as usize), size))?;
     // A file may hold one bit per pixel: what counts is also what becomes of it.
     let rgb_bytes = 3 * u64::from(width) * u64::from(height);
     let mib = decoder.total_bytes().max(rgb_bytes).div_ceil(1 << 20);

@@ -57,6 +57,16 @@ pub enum SynthError {
         /// Index of the sample.
         index: u64,
     },
+    /// An entry of a sample that cannot be coded.
+    #[error("{entry} of sample {index} cannot be written: {reason}")]
+    Entry {
+        /// Its name's ending.
+        entry: &'static str,
+        /// Index of the sample.
+        index: u64,
+        /// What is wrong with it.
+        reason: String,
+    },
     /// A recording's `camera.json` cannot be used.
     #[error("{reason}")]
     Sensor {

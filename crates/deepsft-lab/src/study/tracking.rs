@@ -282,9 +282,14 @@ fn print(summary: &Summary, by_event: &BTreeMap<&'static str, Summary>) {
         "losses", "within next answer", "later", "never", "unanswered"
     );
     let line = |name: &str, of: &Recoveries| {
-        let [within, later, never, unanswered] = of;
-        let losses: usize = of.iter().sum();
-        println!("  {name:8}{losses:>8}{within:>20}{later:>7}{never:>7}{unanswered:>12}");
+        let Recoveries {
+            losses,
+            within_next_answer,
+            later,
+            never,
+            unanswered,
+        } = of;
+        println!("  {name:8}{losses:>8}{within_next_answer:>20}{later:>7}{never:>7}{unanswered:>12}");
     };
     for (cause, of) in &summary.recoveries {
         line(&format!("{cause:?}").to_lowercase(), of);

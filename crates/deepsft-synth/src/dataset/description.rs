@@ -130,12 +130,16 @@ impl DatasetDescription {
         if (&next.fingerprint, next.seed) != (&self.fingerprint, self.seed) || !follows {
             return Err("it is part of another data set than those before it".into());
         }
+        // A part with samples that does not say them: of the whole they are not known either.
+        let says = |part: &Self| part.samples == 0 || part.handle_shapes.is_some();
+        let known = says(self) && says(&next);
         self.samples = samples;
         self.shards.append(&mut next.shards);
         self.shard_bytes.append(&mut next.shard_bytes);
         self.shard_sha256.append(&mut next.shard_sha256);
         let edge_lengths = next.edge_length_change.unwrap_or_default().histogram;
         self.count(&edge_lengths, &next.handle_shapes.unwrap_or_default());
+        self.handle_shapes = self.handle_shapes.filter(|_| known);
         Ok(())
     }
 

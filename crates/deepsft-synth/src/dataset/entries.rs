@@ -4,10 +4,10 @@ use super::Reason;
 use crate::camera_images::decode_of_camera;
 use crate::error::SynthError;
 use crate::sample::Sample;
-use deepsft_formats::{CameraFile, encode_pixels};
+use deepsft_formats::{CameraFile, FormatError, encode_pixels};
 use deepsft_geometry::glam::DVec3;
-use deepsft_geometry::{Maps, OUTSIDE, Picture};
-use image::{DynamicImage, ExtendedColorType};
+use deepsft_geometry::{ImageSize, Maps, OUTSIDE, Picture};
+use image::{DynamicImage, ExtendedColorType, ImageFormat, guess_format};
 use serde::{Deserialize, Serialize};
 
 /// Units of `depth.png` in a millimetre.
@@ -33,7 +33,7 @@ struct SampleJson {
 /// The contents of the [`ENTRIES`] of sample `index` of `seed`.
 ///
 /// # Errors
-/// [`SynthError::DepthRange`] for a depth above 6553.5 mm, [`SynthError::Format`] for what cannot be coded.
+/// [`SynthError::DepthRange`] for a depth above 6553.5 mm, [`SynthError::Entry`] for what cannot be coded.
 pub(super) fn encode(seed: u64, index: u64, sample: &Sample) -> Result<[Vec<u8>; 4], SynthError> {
     let (mut depth, mut uv) = (Vec::new(), Vec::new());
     for (&depth_mm, &coordinates) in sample.truth.depth().iter().zip(sample.truth.registration()) {
@@ -57,10 +57,21 @@ pub(super) fn encode(seed: u64, index: u64, sample: &Sample) -> Result<[Vec<u8>;
         towards_light: sample.towards_light.to_array(),
         vertices_camera: sample.vertices_camera.iter().map(DVec3::to_array).collect(),
     };
+    let png = |entry: usize, pixels: &[u8], size: ImageSize, color: ExtendedColorType| {
+        let entry = ENTRIES[entry];
+        encode_pixels(pixels, size, color).map_err(|error| SynthError::Entry {
+            entry,
+            index,
+            reason: match error {
+                FormatError::PictureFile { reason } => reason,
+                other => other.to_string(),
+            },
+        })
+    };
     Ok([
-        encode_pixels(image.rgb(), image.size(), ExtendedColorType::Rgb8)?,
-        encode_pixels(&depth, size, ExtendedColorType::L16)?,
-        encode_pixels(&uv, size, ExtendedColorType::Rgb16)?,
+        png(0, image.rgb(), image.size(), ExtendedColorType::Rgb8)?,
+        png(1, &depth, size, ExtendedColorType::L16)?,
+        png(2, &uv, size, ExtendedColorType::Rgb16)?,
         // Numbers and fixed keys: there is nothing in it that JSON could not say.
         serde_json::to_vec(&json).unwrap_or_default(),
     ])
@@ -73,8 +84,11 @@ pub(super) fn decode(entries: &[Vec<u8>; 4]) -> Result<(u64, u64, Sample), Reaso
     let json: SampleJson =
         serde_json::from_slice(&entries[3]).map_err(|error| of(3, &format!("is malformed: {error}")))?;
     let camera = json.camera.camera()?;
-    let picture = |entry: usize| {
-        decode_of_camera(&entries[entry], &camera).map_err(|error| of(entry, &format!("is refused: {error}")))
+    let picture = |entry: usize| match guess_format(&entries[entry]) {
+        Ok(ImageFormat::Png) => {
+            decode_of_camera(&entries[entry], &camera).map_err(|error| of(entry, &format!("is refused: {error}")))
+        }
+        _ => Err(of(entry, &"is no PNG file")),
     };
     let wrong = |entry: usize, image: &DynamicImage, expected: &str| {
         of(entry, &format!("is {:?}, expected {expected}", image.color()))

@@ -82,19 +82,22 @@ impl DatasetFolder {
     /// # Errors
     /// [`FormatError::Unusable`] with the first shard that is not the one described.
     pub fn check_hashes(&self, mut checked: impl FnMut()) -> Result<(), FormatError> {
-        for (path, expected) in self.shards().zip(&self.description.shard_sha256) {
-            let reason = match sha256_file(&path) {
-                Ok(hash) if hash == *expected => {
-                    checked();
-                    continue;
-                }
-                Ok(_) => "it is not the shard that was written: its SHA-256 differs from the described one".to_owned(),
-                Err(error) => error.to_string(),
-            };
-            return Err(FormatError::unusable(SHARD, &path, reason));
-        }
-        Ok(())
+        (self.shards().zip(&self.description.shard_sha256)).try_for_each(|(path, expected)| {
+            check_hash(&path, expected)?;
+            checked();
+            Ok(())
+        })
     }
+}
+
+/// Checks the content of a shard by its hash.
+pub(super) fn check_hash(path: &Path, expected: &str) -> Result<(), FormatError> {
+    let reason = match sha256_file(path) {
+        Ok(hash) if hash == expected => return Ok(()),
+        Ok(_) => "it is not the shard that was written: its SHA-256 differs from the described one".to_owned(),
+        Err(error) => error.to_string(),
+    };
+    Err(FormatError::unusable(SHARD, path, reason))
 }
 
 /// The description of a data set of `of` parts.

@@ -1,9 +1,8 @@
 //! Shards read in any order: where each sample lies is found once, the samples are read when they are asked for.
 
 use super::entries::{ENTRIES, decode};
-use super::folder::DatasetFolder;
+use super::folder::{DatasetFolder, check_hash};
 use super::{DATA_SET, Reason, SHARD};
-use crate::in_order::in_order;
 use crate::sample::Sample;
 use deepsft_formats::{FormatError, guarded};
 use deepsft_geometry::Camera;
@@ -11,9 +10,13 @@ use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::sync::mpsc::sync_channel;
 
 /// Largest entry that is read, bytes: a 16-bit RGB map of 4096 x 2160 uncompressed.
 const LARGEST_ENTRY: u64 = 64 << 20;
+
+/// Samples of a data set that are read ahead.
+const AHEAD: usize = 8;
 
 /// Where the entries of a sample lie in its shard.
 type Places = [Range<u64>; 4];
@@ -117,17 +120,31 @@ impl IndexedShards {
 }
 
 impl DatasetFolder {
-    /// The samples of all shards in order, read some at a time on all cores; the shards are checked first.
+    /// The samples of all shards in order, read ahead by a thread. Each shard's hash is checked before its first sample.
     ///
     /// # Errors
-    /// Those of [`DatasetFolder::check_hashes`] and [`IndexedShards::open`]; items are those of [`IndexedShards::sample`].
+    /// Those of [`IndexedShards::open`]; items are those of [`IndexedShards::sample`] and [`DatasetFolder::check_hashes`], and
+    /// after an error there are no more.
     pub fn samples(
         &self,
         camera: Camera,
     ) -> Result<impl Iterator<Item = Result<Sample, FormatError>> + use<>, FormatError> {
-        self.check_hashes(|| ())?;
         let shards = IndexedShards::open(std::slice::from_ref(self), camera, |_| ())?;
-        Ok(in_order(0..shards.samples(), move |number| shards.sample(number)))
+        let hashes = self.description().shard_sha256.clone();
+        let (sender, receiver) = sync_channel(AHEAD);
+        std::thread::spawn(move || {
+            for number in 0..shards.samples() {
+                let mut begun = (shards.shards.iter().zip(&hashes)).filter(|(shard, _)| shard.first == number);
+                let checked = begun.try_for_each(|(shard, expected)| check_hash(&shard.path, expected));
+                let sample = checked.and_then(|()| shards.sample(number));
+                let failed = sample.is_err();
+                // Nobody listens when the reader has had enough.
+                if sender.send(sample).is_err() || failed {
+                    break;
+                }
+            }
+        });
+        Ok(receiver.into_iter())
     }
 }
 

@@ -1,6 +1,6 @@
 //! Shards come back as they were written, and foreign or damaged ones are refused with the entry's name.
 
-use deepsft_formats::FormatError;
+use deepsft_formats::{FormatError, encode_jpeg};
 use deepsft_geometry::{Camera, Maps, Picture, Template, training_camera};
 use deepsft_synth::{
     DATASET_FILE, DatasetFolder, IndexedShards, Sample, SynthConfig, SynthError, Synthesizer, write_dataset,
@@ -215,7 +215,20 @@ fn damaged_entries_are_refused_by_name() {
         (refused_after(replaced("\"fx\":380.0", "\"fx\":0.0")), "camera fx is 0"),
         (
             refused_after(replaced("\"width\":480", "\"width\":481")),
-            "its rgb.png is refused: picture cannot be read: it has 480 x 270 pixels, its camera 481 x 270",
+            "its rgb.png is refused: image or maps of 480 x 270 pixels, expected 481 x 270",
+        ),
+        // A size of another camera is met before the file is decoded, which is cut short.
+        (
+            refused_after(|e| {
+                replaced("\"width\":480", "\"width\":481")(e);
+                let half = e[0].1.len() / 2;
+                e[0].1.truncate(half);
+            }),
+            "its rgb.png is refused: image or maps of 480 x 270 pixels, expected 481 x 270",
+        ),
+        (
+            refused_after(|e| e[0].1 = encode_jpeg(&SAMPLES[0].image, 90).unwrap()),
+            "sample 000000: its rgb.png is no PNG file",
         ),
     ] {
         assert!(told.contains(reason), "{told}");
@@ -244,6 +257,18 @@ fn a_depth_that_16_bits_cannot_hold_is_refused_not_wrapped() {
             index: 0
         }
     ));
+}
+
+#[test]
+fn an_entry_that_cannot_be_coded_is_named_with_its_sample() {
+    let mut sample = SAMPLES[0].clone();
+    sample.truth = Maps::empty(0, 0);
+    let folder = tempfile::tempdir().unwrap();
+    let samples = [Ok(SAMPLES[1].clone()), Ok(sample)].into_iter();
+    let place = folder.path().join("set");
+    let error = write_dataset::<SynthError>(&place, SYNTHESIZER.template(), Value::Null, 3, samples).unwrap_err();
+    let told = error.to_string();
+    assert!(told.starts_with("depth.png of sample 1 cannot be written: "), "{told}");
 }
 
 #[test]

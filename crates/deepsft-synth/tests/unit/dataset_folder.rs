@@ -138,6 +138,38 @@ fn the_counts_of_parts_are_added_up() {
 }
 
 #[test]
+fn shapes_of_parts_are_added_up_where_all_parts_say_them() {
+    let counts = |shapes| json!({"shapes": shapes, "weakened": 1, "at_rest": 0});
+    let above = tempfile::tempdir().unwrap();
+    written(&above.path().join("set"), 0);
+    let empty = fs::read(above.path().join("set").join(DATASET_FILE)).unwrap();
+    for (parts, sum) in [
+        ([(4, counts(3)), (4, counts(2))], Some((5, 2))),
+        ([(4, counts(3)), (4, Value::Null)], None),
+        ([(4, Value::Null), (4, counts(3))], None),
+        ([(4, Value::Null), (4, Value::Null)], None),
+        // A part without samples has nothing to say.
+        ([(4, counts(3)), (0, Value::Null)], Some((3, 1))),
+        ([(0, Value::Null), (4, counts(3))], Some((3, 1))),
+    ] {
+        let whole = tempfile::tempdir().unwrap();
+        let mut first = 0;
+        for (number, (samples, shapes)) in (1..).zip(&parts) {
+            let place = whole.path().join(format!("part-{number}-of-2"));
+            fs::create_dir(&place).unwrap();
+            fs::write(place.join(DATASET_FILE), &empty).unwrap();
+            changed(&place, |description| {
+                (description["first"], description["samples"]) = (first.into(), (*samples).into());
+                description["handle_shapes"] = shapes.clone();
+            });
+            first += samples;
+        }
+        let shapes = DatasetFolder::open(whole.path()).unwrap().description().handle_shapes;
+        assert_eq!(shapes.map(|all| (all.shapes, all.weakened)), sum, "{parts:?}");
+    }
+}
+
+#[test]
 fn a_shard_that_is_cut_and_a_sample_that_is_missing_are_errors() {
     let above = tempfile::tempdir().unwrap();
     let place = above.path().join("set");
@@ -172,6 +204,10 @@ fn shards_of_another_seed_or_place_or_content_are_refused() {
     ] {
         assert!(told.contains("shard-000001.tar") && told.contains("SHA-256"), "{told}");
     }
+    // A shard is checked when its first sample is asked for, and after an error there are no more.
+    let read = other_hash.samples(training_camera()).unwrap();
+    let whole_ones: Vec<bool> = read.map(|sample| sample.is_ok()).collect();
+    assert_eq!(whole_ones, [true, true, false]);
     let unhashed = |description: &mut Value| drop(description.as_object_mut().unwrap().remove("shard_sha256"));
     let other_seed = changed(&place, |description| {
         unhashed(description);

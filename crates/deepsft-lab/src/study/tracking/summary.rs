@@ -1,6 +1,6 @@
 //! The figures of the study.
 
-use super::clip_record::{Cause, FrameRecord, Loss, waiting};
+use super::clip_record::{Cause, Ending, FrameRecord, Loss, waiting};
 use deepsft::session::FrameTimes;
 use deepsft_synth::ClipEvent;
 use serde::Serialize;
@@ -59,9 +59,15 @@ pub struct Summary {
     pub ms: Times,
 }
 
-/// How many losses of one cause ended within the next answer, later, never, and without an answer: see
-/// [`Ending`](super::clip_record::Ending).
-pub type Recoveries = [usize; 4];
+/// How many losses of one cause ended in which way, see [`Ending`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Recoveries {
+    pub losses: usize,
+    pub within_next_answer: usize,
+    pub later: usize,
+    pub never: usize,
+    pub unanswered: usize,
+}
 
 /// Where a figure lies.
 #[derive(Clone, Copy, Serialize)]
@@ -115,7 +121,7 @@ impl Summary {
         let without = || frames().filter(|frame| frame.print_in_view == 0.0);
         let mut recoveries: BTreeMap<Cause, Recoveries> = BTreeMap::new();
         for loss in clips.clone().flat_map(|clip| &clip.losses) {
-            recoveries.entry(loss.cause).or_default()[loss.ending() as usize] += 1;
+            recoveries.entry(loss.cause).or_default().count(loss.ending());
         }
         let pair = |value: fn(&ClipRecord) -> Option<[f64; 2]>| {
             let of = |k: usize| Spread::of(clips.clone().filter_map(value).map(|pair| pair[k]));
@@ -160,13 +166,33 @@ impl Summary {
 
     /// All recoveries together.
     pub fn all_recoveries(&self) -> Recoveries {
-        std::array::from_fn(|ending| self.recoveries.values().map(|of| of[ending]).sum())
+        let sum = |count: fn(&Recoveries) -> usize| self.recoveries.values().map(count).sum();
+        Recoveries {
+            losses: sum(|of| of.losses),
+            within_next_answer: sum(|of| of.within_next_answer),
+            later: sum(|of| of.later),
+            never: sum(|of| of.never),
+            unanswered: sum(|of| of.unanswered),
+        }
+    }
+}
+
+impl Recoveries {
+    fn count(&mut self, ending: Ending) {
+        self.losses += 1;
+        *match ending {
+            Ending::WithinNextAnswer => &mut self.within_next_answer,
+            Ending::Later => &mut self.later,
+            Ending::Never => &mut self.never,
+            Ending::Unanswered => &mut self.unanswered,
+        } += 1;
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use serde_json::json;
 
     fn frame(print_in_view: f64, error: Option<f64>) -> FrameRecord {
         FrameRecord {
@@ -218,7 +244,9 @@ mod tests {
         // is never answered.
         assert_eq!(all.tracked_fraction_after_answer, Some(0.0));
         assert_eq!((all.found_but_off, all.frames_without, all.found_without), (1, 2, 1));
-        assert_eq!(all.all_recoveries(), [1; 4]);
+        let recoveries = serde_json::to_value(all.all_recoveries()).unwrap();
+        let expected = json!({"losses": 4, "within_next_answer": 1, "later": 1, "never": 1, "unanswered": 1});
+        assert_eq!(recoveries, expected);
         assert_eq!(
             all.jitter_px.map(|[raw, smooth]| [raw.median, smooth.most]),
             Some([0.1, 0.05])
