@@ -27,7 +27,7 @@ pub struct Video {
     pub frames_per_s: f64,
     /// Number of frames, where it is known beforehand.
     pub count: Option<u64>,
-    /// The frames in order. After an error there are none to be had.
+    /// The frames in order; they end with the first error.
     pub frames: Box<dyn Iterator<Item = Result<Picture>>>,
 }
 
@@ -37,11 +37,12 @@ impl Video {
     pub fn open(path: &Path, frames_per_s: Option<f64>) -> Result<Self> {
         if path.is_dir() {
             let mut images = deepsft_formats::pictures_in(path, "folder of frames")?;
-            alphanumeric_sort::sort_path_slice(&mut images);
+            // By what is shown of the names: one that is not UTF-8 does not change the order of the others.
+            images.sort_by(|a, b| alphanumeric_sort::compare_str(a.to_string_lossy(), b.to_string_lossy()));
             return Ok(Self {
                 frames_per_s: frames_per_s.unwrap_or(TYPICAL_RATE),
                 count: Some(images.len() as u64),
-                frames: Box::new(pictures(images)),
+                frames: Box::new(until_error(pictures(images))),
             });
         }
         let video = path.to_path_buf();
@@ -49,9 +50,21 @@ impl Video {
         Ok(Self {
             frames_per_s: frames_per_s.unwrap_or(stream.frames_per_s()),
             count: None,
-            frames: Box::new(stream.map(move |frame| frame.blame("video", &video))),
+            frames: Box::new(until_error(stream.map(move |frame| frame.blame("video", &video)))),
         })
     }
+}
+
+/// The frames until the first error, which is the last of them.
+fn until_error(frames: impl Iterator<Item = Result<Picture>>) -> impl Iterator<Item = Result<Picture>> {
+    let mut frames = Some(frames);
+    std::iter::from_fn(move || {
+        let frame = frames.as_mut()?.next()?;
+        if frame.is_err() {
+            frames = None;
+        }
+        Some(frame)
+    })
 }
 
 /// The pictures of files; all must have the size of the first.
@@ -192,5 +205,40 @@ mod tests {
         assert_eq!((video.count, video.frames_per_s), (Some(4), 30.0));
         let shades: Vec<u8> = video.frames.map(|frame| frame.unwrap().pixel(0, 0)[0]).collect();
         assert_eq!(shades, [1, 8, 9, 10]);
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_name_that_is_not_utf8_leaves_the_others_in_natural_order() {
+        use std::os::unix::ffi::OsStrExt;
+        let folder = tempfile::tempdir().unwrap();
+        for (name, shade) in [
+            (&b"f10.png"[..], 10),
+            (b"f9.png", 9),
+            (b"f09.png", 90),
+            (b"g\xff.png", 99),
+        ] {
+            let png = encode_png(&Picture::from_fn(6, 4, |_, _| [shade; 3])).unwrap();
+            fs::write(folder.path().join(std::ffi::OsStr::from_bytes(name)), png).unwrap();
+        }
+        let frames = Video::open(folder.path(), None).unwrap().frames;
+        let shades: Vec<u8> = frames.map(|frame| frame.unwrap().pixel(0, 0)[0]).collect();
+        assert_eq!(shades, [9, 90, 10, 99]);
+    }
+
+    #[test]
+    fn the_frames_end_with_the_first_that_has_another_size() {
+        let folder = tempfile::tempdir().unwrap();
+        for (name, width) in [("f1.png", 6), ("f2.png", 7), ("f3.png", 6)] {
+            let png = encode_png(&Picture::from_fn(width, 4, |_, _| [0; 3])).unwrap();
+            fs::write(folder.path().join(name), png).unwrap();
+        }
+        let frames: Vec<_> = Video::open(folder.path(), None).unwrap().frames.collect();
+        let [Ok(_), Err(error)] = frames.as_slice() else {
+            panic!("{} frames", frames.len());
+        };
+        let message = format!("{error:#}");
+        let parts = ["f2.png", "7 x 4 pixels, the frames before it 6 x 4"];
+        assert!(parts.iter().all(|part| message.contains(part)), "{message}");
     }
 }

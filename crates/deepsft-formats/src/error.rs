@@ -49,6 +49,9 @@ pub enum FormatError {
         /// Version this crate reads.
         expected: u32,
     },
+    /// The values of an array do not fill its rows.
+    #[error("the values do not fill rows of shape {0:?}")]
+    ValueCount(Vec<usize>),
     /// A picture's file is empty, of an unknown kind, too large, cut short or corrupt, or a picture is unfit to be written.
     #[error("picture cannot be read: {reason}")]
     PictureFile {

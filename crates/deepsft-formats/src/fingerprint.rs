@@ -20,15 +20,14 @@ pub fn sha256(bytes: &[u8]) -> String {
 /// [`FormatError::File`](crate::FormatError::File).
 #[cfg(feature = "fs")]
 pub fn sha256_file(path: &std::path::Path) -> Result<String, crate::error::FormatError> {
+    use std::io::Read;
     let hash = || -> std::io::Result<String> {
-        let (mut file, mut hash) = (std::fs::File::open(path)?, Sha256::new());
-        let mut piece = vec![0; 1 << 16];
-        loop {
-            match std::io::Read::read(&mut file, &mut piece)? {
-                0 => return Ok(hexadecimal(hash)),
-                length => hash.update(&piece[..length]),
-            }
+        let (mut file, mut hash, mut piece) = (std::fs::File::open(path)?, Sha256::new(), Vec::new());
+        while file.by_ref().take(1 << 16).read_to_end(&mut piece)? > 0 {
+            hash.update(&piece);
+            piece.clear();
         }
+        Ok(hexadecimal(hash))
     };
     hash().map_err(|error| crate::error::FormatError::unreadable(path, error))
 }

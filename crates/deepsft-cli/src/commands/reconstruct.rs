@@ -270,12 +270,12 @@ impl Object {
         let registration = maps.registration().iter().flatten().copied();
         let depth = maps.depth().iter().copied();
         let files = [
-            ("depth.npy", deepsft_formats::f32_npy(&[columns], depth)),
+            ("depth.npy", deepsft_formats::f32_npy(&[columns], depth)?),
             (
                 "registration.npy",
-                deepsft_formats::f32_npy(&[columns, 2], registration),
+                deepsft_formats::f32_npy(&[columns, 2], registration)?,
             ),
-            ("mask.npy", deepsft_formats::bool_npy(&[columns], maps.mask())),
+            ("mask.npy", deepsft_formats::bool_npy(&[columns], maps.mask())?),
             ("sheet.png", encode_png(&sheet)?),
             ("mesh.glb", deepsft_formats::mesh_to_glb(&mesh, &self.texture_png)),
         ];

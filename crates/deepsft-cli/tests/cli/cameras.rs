@@ -183,6 +183,11 @@ fn what_is_no_board_and_what_is_parallel_is_refused_with_what_to_do() {
     calibrate(&["grey.png"]).fails(3, &["grey.png", "no ChArUco board was seen"]);
     calibrate(&["parallel/0.png", "grey.png"]).fails(3, &["grey.png", "64 x 48", "960 x 720"]);
     calibrate(&["nowhere"]).fails(3, &["nowhere"]);
+    // A video is read to its end, also between the frames that are looked at.
+    let frame = [&b"FRAME\n"[..], &[128; 64 * 48]].concat();
+    let video = [&b"YUV4MPEG2 W64 H48 F25:1 Cmono\n"[..], &frame.repeat(3)].concat();
+    fs::write(folder.path().join("cut.y4m"), &video[..video.len() - 9]).unwrap();
+    calibrate(&["cut.y4m"]).fails(3, &["video cut.y4m", "within a frame"]);
     assert!(!folder.path().join("camera.json").exists());
     deepsft(folder.path(), &["camera", "board", "--out", "board.svg"]).fails(2, &[".pdf or .png"]);
     deepsft(

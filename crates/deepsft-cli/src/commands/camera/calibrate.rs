@@ -210,8 +210,11 @@ fn views(target: &mut FlatTarget, inputs: &[PathBuf]) -> Result<Seen> {
         } else if deepsft_formats::is_picture(path) {
             look(path.display().to_string(), &input::picture(path)?).blame("photograph", path)?;
         } else {
-            for (frame, picture) in Video::open(path, None)?.frames.enumerate().step_by(VIDEO_STEP) {
-                look(format!("{} frame {frame}", path.display()), &picture?).blame("video", path)?;
+            for (frame, picture) in Video::open(path, None)?.frames.enumerate() {
+                let picture = picture?;
+                if frame.is_multiple_of(VIDEO_STEP) {
+                    look(format!("{} frame {frame}", path.display()), &picture).blame("video", path)?;
+                }
             }
         }
     }
