@@ -1,7 +1,7 @@
 //! The image files of samples and recordings: colour, 16-bit depth, masks, each as large as its camera's image.
 
 use deepsft_formats::{FormatError, decode_image, encode_pixels};
-use deepsft_geometry::{Camera, Picture};
+use deepsft_geometry::{Camera, GeometryError, Picture};
 use image::{DynamicImage, ExtendedColorType};
 
 /// Decodes a PNG or JPEG file of the camera's size, as it is stored: no orientation, no transparency.
@@ -23,7 +23,12 @@ pub(crate) fn decode_depth(bytes: &[u8], camera: &Camera) -> Result<Vec<u16>, Fo
 
 /// Decodes an image file of the camera's size, as it is stored.
 pub(crate) fn decode_of_camera(bytes: &[u8], camera: &Camera) -> Result<DynamicImage, FormatError> {
-    decode_image(bytes, camera.size())
+    decode_image(bytes, camera.size()).map_err(|error| match error {
+        FormatError::Geometry(GeometryError::MapSize { actual, expected }) => {
+            refused(format!("it has {actual} pixels, its camera {expected}"))
+        }
+        other => other,
+    })
 }
 
 /// A depth picture as a 16-bit grey PNG file; `raw` is row-major, as large as the camera's image.

@@ -215,7 +215,7 @@ fn damaged_entries_are_refused_by_name() {
         (refused_after(replaced("\"fx\":380.0", "\"fx\":0.0")), "camera fx is 0"),
         (
             refused_after(replaced("\"width\":480", "\"width\":481")),
-            "its rgb.png is refused: image or maps of 480 x 270 pixels, expected 481 x 270",
+            "its rgb.png is refused: picture cannot be read: it has 480 x 270 pixels, its camera 481 x 270",
         ),
         // A size of another camera is met before the file is decoded, which is cut short.
         (
@@ -224,7 +224,7 @@ fn damaged_entries_are_refused_by_name() {
                 let half = e[0].1.len() / 2;
                 e[0].1.truncate(half);
             }),
-            "its rgb.png is refused: image or maps of 480 x 270 pixels, expected 481 x 270",
+            "its rgb.png is refused: picture cannot be read: it has 480 x 270 pixels, its camera 481 x 270",
         ),
         (
             refused_after(|e| e[0].1 = encode_jpeg(&SAMPLES[0].image, 90).unwrap()),
