@@ -10,6 +10,8 @@ use deepsft_geometry::{Camera, Maps};
 use deepsft_synth::{DATASET_FILE, DatasetFolder, IndexedShards, Sample, SynthError, write_dataset};
 use serde_json::{Value, json};
 use std::fs;
+use std::io::Read;
+use std::path::Path;
 use std::sync::LazyLock;
 
 /// The shard of a small data set, and its description.
@@ -19,6 +21,9 @@ const SHARD_FILE: &str = "shard-000000.tar";
 
 /// Endings of a sample's entries.
 const PARTS: [&str; 4] = ["rgb.png", "depth.png", "uv.png", "json"];
+
+/// Largest entry of a shard, bytes.
+const LARGEST_ENTRY: u64 = 64 << 20;
 
 /// Bytes of a block of a tar archive, and where a header has the size and the checksum.
 const BLOCK: usize = 512;
@@ -65,38 +70,46 @@ fn read_shard(shard: &[u8]) -> Result<()> {
     if let Some(fields) = description.as_object_mut() {
         fields.retain(|name, _| !["shard_bytes", "shard_sha256"].contains(&name.as_str()));
     }
-    let camera = serde_json::from_value::<CameraFile>(first["camera"].clone())?.camera()?;
     let description = description.to_string();
     with_folder(
         [(DATASET_FILE, description.as_bytes()), (SHARD_FILE, shard)],
         |folder| {
-            let set = DatasetFolder::open(folder)?;
-            let shards = IndexedShards::open(&[set], camera, |_| ())?;
+            let read = samples_in(folder, &first, samples)?;
+            let seed = first["seed"].as_u64().context("there is no seed")?;
             let [template, _] = template::small()?;
-            let read: Vec<_> = (0..samples).flat_map(|number| shards.sample(number)).collect();
-            let again = write_dataset::<SynthError>(
-                &folder.join("again"),
-                &template,
-                Value::Null,
-                0,
-                read.into_iter().map(Ok),
-            );
+            let place = folder.join("again");
+            let written = read.iter().cloned().map(Ok);
+            let again = write_dataset::<SynthError>(&place, &template, Value::Null, seed, written);
             assert!(again.is_ok(), "a sample that was read cannot be written: {again:?}");
+            // Seed and index of each are compared with the description. A camera is the same to the last digit but one.
+            let (first, _) = samples_of(&fs::read(place.join(SHARD_FILE))?)?;
+            let again = samples_in(&place, &serde_json::from_slice(&first)?, samples);
+            assert!(again.is_ok(), "what was written cannot be read: {:?}", again.err());
+            for (sample, again) in read.iter().zip(again?) {
+                assert_eq!((&sample.image, &sample.truth), (&again.image, &again.truth));
+            }
             Ok(())
         },
     )
+}
+
+/// The samples of the data set in a folder, of the camera of its first one.
+fn samples_in(folder: &Path, first: &Value, samples: u64) -> Result<Vec<Sample>> {
+    let camera = serde_json::from_value::<CameraFile>(first["camera"].clone())?.camera()?;
+    let shards = IndexedShards::open(&[DatasetFolder::open(folder)?], camera, |_| ())?;
+    (0..samples).map(|number| Ok(shards.sample(number)?)).collect()
 }
 
 /// The JSON entry of a shard's first sample, and the number of its samples.
 fn samples_of(shard: &[u8]) -> Result<(Vec<u8>, u64)> {
     let (mut first, mut samples) = (None, 0);
     for entry in tar::Archive::new(shard).entries()? {
-        let mut entry = entry?;
-        if entry.path_bytes().ends_with(b".json") {
+        let entry = entry?;
+        if entry.header().entry_type().is_file() && entry.path_bytes().ends_with(b".json") {
             samples += 1;
             if first.is_none() {
                 let mut content = Vec::new();
-                std::io::Read::read_to_end(&mut entry, &mut content)?;
+                entry.take(LARGEST_ENTRY).read_to_end(&mut content)?;
                 first = Some(content);
             }
         }
@@ -159,7 +172,7 @@ pub(crate) fn seeds() -> Result<Vec<Vec<u8>>> {
     let mut reader = tar::Archive::new(shard.as_slice());
     for entry in reader.entries()? {
         let mut content = Vec::new();
-        std::io::Read::read_to_end(&mut entry?, &mut content)?;
+        entry?.read_to_end(&mut content)?;
         entries.push(content);
     }
     let json = entries.last().context("no entries")?.clone();
