@@ -54,7 +54,7 @@ fn camera_for(image: &Picture, camera: &Camera) -> Result<(Camera, &'static str)
     if image.size() == camera.size() {
         return Ok((*camera, "file"));
     }
-    let expected_height = image.width() as f64 * camera.height() as f64 / camera.width() as f64;
+    let expected_height = image.width() as f64 * camera.size().height as f64 / camera.size().width as f64;
     if (expected_height - image.height() as f64).abs() > ROUNDING_PX {
         bail!(
             "it is for images of {} pixels, this one has {}",

@@ -35,7 +35,9 @@ pub(crate) fn corners(level: &PyramidLevel, threshold: u8, budget: usize) -> Vec
     }
     let cells = width.div_ceil(CELL) * height.div_ceil(CELL);
     let mut dealt = dealt(scored(level, threshold), cells, budget);
-    let halves = disc_halves();
+    // Half widths of the rows of the disc, from the middle down.
+    let halves: [i32; CENTROID_RADIUS as usize + 1] =
+        std::array::from_fn(|v| ((CENTROID_RADIUS * CENTROID_RADIUS - (v * v) as i32) as f32).sqrt() as i32);
     for corner in &mut dealt {
         corner.angle = centroid_angle(level, corner, &halves);
     }
@@ -161,11 +163,6 @@ fn harris(level: &PyramidLevel, x: usize, y: usize) -> f32 {
         }
     }
     xx * yy - xy * xy - 0.04 * (xx + yy).powi(2)
-}
-
-/// Half widths of the rows of the disc, from the middle down.
-fn disc_halves() -> [i32; CENTROID_RADIUS as usize + 1] {
-    std::array::from_fn(|v| ((CENTROID_RADIUS * CENTROID_RADIUS - (v * v) as i32) as f32).sqrt() as i32)
 }
 
 fn centroid_angle(level: &PyramidLevel, corner: &Corner, halves: &[i32]) -> f32 {

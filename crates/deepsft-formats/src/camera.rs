@@ -47,8 +47,8 @@ impl CameraFile {
             Lens::Fisheye(coefficients) => (None, Some(coefficients)),
         };
         Self {
-            width: camera.width(),
-            height: camera.height(),
+            width: camera.size().width,
+            height: camera.size().height,
             fx: focal.x,
             fy: focal.y,
             cx: principal.x,

@@ -153,7 +153,7 @@ fn archive(entries: &[Vec<u8>]) -> Result<Vec<u8>> {
 /// A data set of one sample: its shard, and its description.
 fn written() -> Result<(Vec<u8>, Value)> {
     let camera = Camera::pinhole((5, 4), DVec2::new(5.0, 5.0), DVec2::new(2.5, 2.0))?;
-    let mut truth = Maps::empty(5, 4);
+    let mut truth = Maps::empty((5, 4));
     truth.set(7, 321.5, [0.25, 0.75]);
     let vertices = vec![DVec3::new(1.0, 2.0, 321.5); 2];
     let sample = Sample::new(picture::small(5, 4), truth, vertices, camera, DVec3::NEG_Z);

@@ -47,7 +47,7 @@ pub(crate) fn run(network: &FoldedNetwork) {
         return;
     };
     let picture = crate::picture::small(SIZE.0, SIZE.1);
-    let mut maps = Maps::empty(SIZE.0, SIZE.1);
+    let mut maps = Maps::empty((SIZE.0, SIZE.1));
     let read = executor
         .run(&picture)
         .and_then(|()| executor.read(deepsft::Stage::Main, None, &mut maps));

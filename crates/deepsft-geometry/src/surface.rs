@@ -33,7 +33,7 @@ impl Surface {
         if self.is_hidden.is_empty() {
             return maps;
         }
-        let width = maps.width();
+        let width = maps.size().width;
         for (column, row, face, triangle) in surface.front() {
             let at = surface.centres().position(column, row);
             let corners = template.faces()[face].into_iter().zip(triangle.barycentric(at.x, at.y));

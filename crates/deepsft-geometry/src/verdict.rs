@@ -37,12 +37,7 @@ impl Verdict {
             }
             _ => self.explained >= MIN_EXPLAINED,
         };
-        is_clear && self.evidence_px() >= MIN_EVIDENCE_PX
-    }
-
-    /// The evidence for the mesh: explained fraction times confirmed pixels.
-    fn evidence_px(&self) -> f64 {
-        self.explained * self.confirmed_px
+        is_clear && self.explained * self.confirmed_px >= MIN_EVIDENCE_PX
     }
 }
 

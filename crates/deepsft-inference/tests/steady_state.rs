@@ -56,7 +56,7 @@ fn a_frame_allocates_nothing() {
             [(x * y % 251) as u8, (3 * x) as u8, (2 * y) as u8]
         });
         let mut executor = Executor::new(&config, image, &weights(&config, image), 1).unwrap();
-        let mut maps = Maps::empty(width, height);
+        let mut maps = Maps::empty((width, height));
         let counted = allocation_counter::measure(|| {
             executor.run(&picture).unwrap();
             executor.read(Stage::RegistrationRefinement, None, &mut maps).unwrap();

@@ -74,7 +74,7 @@ async fn read_maps(
         .map_err(|error| failure(format!("{error:?}")))?;
     let (width, height) = (picture.width(), picture.height());
     let plane = rows * columns;
-    let mut maps = Maps::empty(width, height);
+    let mut maps = Maps::empty((width, height));
     for y in 0..height {
         for x in 0..width {
             let (at, pixel) = (y * columns + x, y * width + x);

@@ -7,7 +7,11 @@ use image::{DynamicImage, ExtendedColorType};
 /// Decodes a PNG or JPEG file of the camera's size, as it is stored: no orientation, no transparency.
 pub(crate) fn decode_picture_of_camera(bytes: &[u8], camera: &Camera) -> Result<Picture, FormatError> {
     let image = decode_of_camera(bytes, camera)?.into_rgb8();
-    Ok(Picture::new(camera.width(), camera.height(), image.into_raw())?)
+    Ok(Picture::new(
+        camera.size().width,
+        camera.size().height,
+        image.into_raw(),
+    )?)
 }
 
 /// Decodes a 16-bit grey PNG file of the camera's size, row-major.

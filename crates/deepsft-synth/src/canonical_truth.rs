@@ -10,12 +10,14 @@ use deepsft_geometry::{Camera, CanonicalWarp, Maps, TriangleMesh};
 pub fn canonical_truth(sample: &Sample, mesh: &TriangleMesh, canonical: &Camera) -> Maps {
     let mut maps = VisibleSurface::new(mesh, &sample.vertices_camera, canonical).maps();
     let warp = CanonicalWarp::new(&sample.camera, canonical);
-    let (own, width) = (&sample.truth, maps.width());
+    let (own, width) = (&sample.truth, maps.size().width);
     for pixel in 0..maps.depth().len() {
         let centre = DVec2::new((pixel % width) as f64 + 0.5, (pixel / width) as f64 + 0.5);
-        let inside = |at: DVec2| at.cmpge(DVec2::ZERO).all() && at.x < own.width() as f64 && at.y < own.height() as f64;
+        let inside = |at: DVec2| {
+            at.cmpge(DVec2::ZERO).all() && at.x < own.size().width as f64 && at.y < own.size().height as f64
+        };
         let at = warp.source_from_canonical(centre).filter(|at| inside(*at));
-        if !at.is_some_and(|at| own.inside(at.y as usize * own.width() + at.x as usize)) {
+        if !at.is_some_and(|at| own.inside(at.y as usize * own.size().width + at.x as usize)) {
             maps.clear(pixel);
         }
     }

@@ -262,7 +262,7 @@ impl Core {
             if let Some(network) = target.network().filter(|_| estimated) {
                 let network_ms = stopwatch.lap_ms();
                 let canonical = view.canonical(&camera).map_err(|error| self.failed(&error))?.clone();
-                let maps = maps.unwrap_or_else(|| Maps::empty(camera.width(), camera.height()));
+                let maps = maps.unwrap_or_else(|| Maps::empty(camera.size()));
                 let made = network.estimate_of(canonical, camera, maps);
                 let times = EstimateTimes {
                     network_ms,

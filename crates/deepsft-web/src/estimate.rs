@@ -47,7 +47,7 @@ pub fn estimate_object(estimate: &Estimate, times: EstimateTimes, features_ms: f
         ("featuresMs", features_ms.into()),
     ]);
     object([
-        ("width", (maps.width() as u32).into()),
+        ("width", (maps.size().width as u32).into()),
         ("focal", estimate.canonical_camera.focal().x.into()),
         ("depth", Float32Array::from(maps.depth()).into()),
         (

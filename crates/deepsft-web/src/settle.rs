@@ -33,7 +33,8 @@ where
     F: Future<Output = Result<T, Failure>> + 'static,
     T: Into<JsValue>,
 {
-    install_panic_hook();
+    static HOOK: Once = Once::new();
+    HOOK.call_once(|| panic::set_hook(Box::new(on_panic)));
     if let Some(failure) = WAITING.with_borrow(|waiting| waiting.panic.clone()) {
         return Promise::reject(&failure.into());
     }
@@ -60,11 +61,6 @@ where
 /// Calls `resolve` or `reject`, which never throw.
 fn settle(function: &Function, value: &JsValue) {
     let _ = function.call1(&JsValue::UNDEFINED, value);
-}
-
-fn install_panic_hook() {
-    static ONCE: Once = Once::new();
-    ONCE.call_once(|| panic::set_hook(Box::new(on_panic)));
 }
 
 fn on_panic(info: &PanicHookInfo<'_>) {

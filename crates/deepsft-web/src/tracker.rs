@@ -204,7 +204,7 @@ impl MeshTracker {
             let (camera, maps) = core.borrow().session.maps(id).ok_or_else(unknown)?;
             let registration = Float32Array::from(maps.registration().as_flattened());
             Ok(object([
-                ("width", (maps.width() as u32).into()),
+                ("width", (maps.size().width as u32).into()),
                 ("focal", camera.focal().x.into()),
                 ("depth", Float32Array::from(maps.depth()).into()),
                 ("registration", registration.into()),

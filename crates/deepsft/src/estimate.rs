@@ -19,7 +19,7 @@ pub struct Judgement {
 impl Judgement {
     /// The fraction of the image that the mask of `maps` covers.
     pub(crate) fn area_of(maps: &Maps) -> f32 {
-        (maps.area() as f64 / (maps.width() * maps.height()) as f64) as f32
+        (maps.area() as f64 / (maps.size().width * maps.size().height) as f64) as f32
     }
 }
 
@@ -47,7 +47,7 @@ impl Estimate {
     pub(crate) fn nothing(canonical: &Picture, camera: &Camera) -> Self {
         Self {
             by: None,
-            maps: Maps::empty(camera.width(), camera.height()),
+            maps: Maps::empty(camera.size()),
             canonical: canonical.clone(),
             canonical_camera: *camera,
             judgement: Judgement::default(),

@@ -88,7 +88,7 @@ impl Runner {
             Self::WebGpu(executor) => executor.run(canonical).await.map_err(|error| failed(&error))?,
         }
         let read = |&stage: &Stage| {
-            let mut maps = Maps::empty(canonical.width(), canonical.height());
+            let mut maps = Maps::empty(canonical.size());
             match self {
                 Self::Cpu(executor) => executor.read(stage, seen, &mut maps)?,
                 #[cfg(feature = "webgpu")]
@@ -143,7 +143,7 @@ impl Estimator {
     /// [`DeepSftError::DeviceUnavailable`] for R50F on a GPU, [`DeepSftError::Execution`]
     /// when the GPU is lost.
     pub fn new(bundle: &ModelBundle, device: &Device) -> Result<Self, DeepSftError> {
-        let size = (bundle.camera().width(), bundle.camera().height());
+        let size = (bundle.camera().size().width, bundle.camera().size().height);
         if size != (CANONICAL_WIDTH, CANONICAL_HEIGHT) {
             let reason = format!("the training camera's image has {size:?} pixels, expected 480 x 270");
             return Err(DeepSftError::BundleContent {
@@ -198,9 +198,7 @@ impl Estimator {
     /// device fails.
     pub async fn infer(&self, canonical: &Picture, view: &Camera) -> Result<Maps, DeepSftError> {
         let mut maps = self.run(canonical, &[Stage::RegistrationRefinement], None).await?;
-        let mut maps = maps
-            .pop()
-            .unwrap_or_else(|| Maps::empty(canonical.width(), canonical.height()));
+        let mut maps = maps.pop().unwrap_or_else(|| Maps::empty(canonical.size()));
         remove_islands(&mut maps, MIN_PIECE);
         let zoom = (view.focal().x / self.canonical_camera(view.size()).focal().x) as f32;
         if zoom != 1.0 {

@@ -36,7 +36,7 @@ impl TemplateLuminance {
     /// Brightness and contrast drop out a tile, so shading and gain do not matter (the paper's
     /// photometric error, equation (10), compares intensities and is reported by evaluation).
     pub fn consistency(&self, image: &Picture, maps: &Maps) -> Option<f64> {
-        let (width, height) = (maps.width(), maps.height());
+        let (width, height) = (maps.size().width, maps.size().height);
         if (image.width(), image.height()) != (width, height) {
             return None;
         }
@@ -59,11 +59,14 @@ impl TemplateLuminance {
     /// (image, template) luminances of the visible pixels of a tile.
     fn tile(&self, image: &Picture, maps: &Maps, left: usize, top: usize, pairs: &mut Vec<(f32, f32)>) {
         pairs.clear();
-        let (right, bottom) = ((left + TILE).min(maps.width()), (top + TILE).min(maps.height()));
+        let (right, bottom) = (
+            (left + TILE).min(maps.size().width),
+            (top + TILE).min(maps.size().height),
+        );
         let level = self.0.level(self.level(maps, left, top, right, bottom));
         for y in top..bottom {
             for x in left..right {
-                let pixel = y * maps.width() + x;
+                let pixel = y * maps.size().width + x;
                 if maps.inside(pixel) {
                     pairs.push((luma(image.pixel(x, y)), level.sample(maps.registration()[pixel])));
                 }
@@ -78,7 +81,7 @@ impl TemplateLuminance {
         let (mut texels, mut steps) = (0.0_f32, 0_u32);
         for y in top..bottom {
             for x in left..right.saturating_sub(1) {
-                let pixel = y * maps.width() + x;
+                let pixel = y * maps.size().width + x;
                 if maps.inside(pixel) && maps.inside(pixel + 1) {
                     let ([u, v], [p, q]) = (maps.registration()[pixel], maps.registration()[pixel + 1]);
                     texels += ((p - u) * width).hypot((q - v) * height);

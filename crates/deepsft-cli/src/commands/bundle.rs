@@ -35,7 +35,9 @@ pub fn run(command: &BundleCommand) -> Result<()> {
 fn try_out(bundle: &ModelBundle) -> Result<()> {
     let (estimator, _) = input::estimator(bundle, DeviceKind::Cpu)?;
     let camera = estimator.training_camera();
-    let image = Picture::from_fn(camera.width(), camera.height(), |x, y| [x as u8, y as u8, 128]);
+    let image = Picture::from_fn(camera.size().width, camera.size().height, |x, y| {
+        [x as u8, y as u8, 128]
+    });
     let maps = pollster::block_on(estimator.infer(&image, camera))?;
     if !is_finite(&maps) {
         bail!("the network's maps hold values that are no numbers");
@@ -76,7 +78,7 @@ mod tests {
 
     #[test]
     fn one_value_that_is_no_number_is_found() {
-        let mut maps = Maps::empty(4, 3);
+        let mut maps = Maps::empty((4, 3));
         assert!(is_finite(&maps));
         maps.set(5, 400.0, [0.5, f32::NAN]);
         assert!(!is_finite(&maps));

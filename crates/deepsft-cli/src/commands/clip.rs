@@ -86,7 +86,7 @@ pub fn run(arguments: &ClipArguments) -> Result<()> {
     let folder = StagedFolder::new(&arguments.out, &CLIP_FOLDER)?;
     let base = training_camera();
     let scale = arguments.scale as usize;
-    let across = base.resized((base.width() * scale, base.height() * scale))?;
+    let across = base.resized((base.size().width * scale, base.size().height * scale))?;
     let camera = if arguments.upright {
         across.turned_anticlockwise()
     } else {

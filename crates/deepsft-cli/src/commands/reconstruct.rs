@@ -247,7 +247,7 @@ impl Object {
     /// The results by file name, all but the report.
     fn files(&self, estimate: &Estimate, whole: Option<&TriangleMesh>) -> Result<BTreeMap<String, Vec<u8>>> {
         let (maps, canonical) = (&estimate.maps, &estimate.canonical);
-        let columns = maps.width();
+        let columns = maps.size().width;
         let template = self.finder.target().template();
         let rows_of_panels = [
             sheet::Row {
@@ -372,7 +372,7 @@ mod tests {
 
     #[test]
     fn the_depth_range_is_over_the_mask() {
-        let mut maps = Maps::empty(10, 1);
+        let mut maps = Maps::empty((10, 1));
         assert_eq!(depth_range(&maps), None);
         for (pixel, depth) in [(1, 300.0), (4, 500.0), (9, 310.0)] {
             maps.set(pixel, depth, [0.5; 2]);

@@ -27,8 +27,8 @@ pub fn plain(title: &str, picture: &Picture) -> Panel {
 /// with u and green with v. The shading of the image shows through.
 pub fn overlay(title: &str, image: &Picture, maps: &Maps, template_size_mm: DVec2) -> Panel {
     let squares = template_size_mm * (SQUARES / template_size_mm.min_element());
-    let picture = Picture::from_fn(maps.width(), maps.height(), |x, y| {
-        let (pixel, seen) = (y * maps.width() + x, image.pixel(x, y));
+    let picture = Picture::from_fn(maps.size().width, maps.size().height, |x, y| {
+        let (pixel, seen) = (y * maps.size().width + x, image.pixel(x, y));
         if !maps.inside(pixel) {
             return seen.map(|c| c / 2);
         }
@@ -85,7 +85,7 @@ pub fn coordinate(title: &str, maps: &Maps, coordinate: usize) -> Panel {
 /// the mask. Where the registration is off, what is printed is seen twice.
 pub fn average(title: &str, image: &Picture, texture: &Picture, maps: &Maps) -> Panel {
     let drawn = draw_template(texture, maps);
-    let picture = Picture::from_fn(maps.width(), maps.height(), |x, y| {
+    let picture = Picture::from_fn(maps.size().width, maps.size().height, |x, y| {
         let (drawn, seen) = (drawn.pixel(x, y), image.pixel(x, y));
         std::array::from_fn(|k| u8::midpoint(drawn[k], seen[k]))
     });
@@ -152,8 +152,8 @@ fn bar(colors: ColorMap, range: [f64; 2], unit: &'static str) -> ColorBar {
 
 /// A panel of the `value` of each pixel, in the colours of `bar`.
 fn values(title: &str, maps: &Maps, bar: ColorBar, value: impl Fn(usize) -> Option<f64>) -> Panel {
-    let picture = Picture::from_fn(maps.width(), maps.height(), |x, y| {
-        value(y * maps.width() + x).map_or(NOTHING, |value| bar.color(value))
+    let picture = Picture::from_fn(maps.size().width, maps.size().height, |x, y| {
+        value(y * maps.size().width + x).map_or(NOTHING, |value| bar.color(value))
     });
     Panel {
         title: title.to_owned(),

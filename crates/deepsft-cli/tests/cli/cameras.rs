@@ -59,7 +59,7 @@ fn photograph(camera: &Camera, print: &Picture, size_mm: DVec2, (turn, middle): 
         }
     };
     let mut state = 1_u32;
-    Picture::from_fn(camera.width(), camera.height(), |x, y| {
+    Picture::from_fn(camera.size().width, camera.size().height, |x, y| {
         let samples = [[0.25, 0.25], [0.75, 0.25], [0.25, 0.75], [0.75, 0.75]];
         let mut sum = [0.0_f32; 3];
         for [dx, dy] in samples {

@@ -14,7 +14,7 @@ const SIZE: DVec2 = DVec2::new(200.0, 100.0);
 
 /// The left half of 200 x 100 pixels sees the left half of the sheet, one texel a pixel.
 fn half() -> Maps {
-    let mut maps = Maps::empty(200, 100);
+    let mut maps = Maps::empty((200, 100));
     for y in 0..100 {
         for x in 0..100 {
             maps.set(
@@ -56,7 +56,7 @@ fn the_checkerboard_has_six_squares_along_the_short_side() {
 fn the_depth_scale_leaves_out_the_outermost_percents() {
     let bar = depth("", &half()).bar.unwrap();
     assert_eq!(bar.range, [402.0, 498.0]);
-    assert_eq!(depth("", &Maps::empty(4, 4)).bar.unwrap().range, [0.0, 1.0]);
+    assert_eq!(depth("", &Maps::empty((4, 4))).bar.unwrap().range, [0.0, 1.0]);
 }
 
 #[test]
@@ -80,7 +80,7 @@ fn error_panels_show_the_error_in_millimetres() {
 fn the_registration_error_in_pixels_is_that_of_the_metrics() {
     // At 380 mm a pixel is 1 mm for f = 380, so 200 x 100 mm fill 200 x 100 pixels; 3 px and 4 px off.
     let camera = Camera::pinhole((200, 100), DVec2::splat(380.0), DVec2::new(100.0, 50.0)).unwrap();
-    let (mut truth, mut predicted) = (Maps::empty(200, 100), Maps::empty(200, 100));
+    let (mut truth, mut predicted) = (Maps::empty((200, 100)), Maps::empty((200, 100)));
     for pixel in 0..200 * 100 {
         let uv = [(pixel % 200) as f32 + 0.5, (pixel / 200) as f32 + 0.5];
         truth.set(pixel, 380.0, [uv[0] / 200.0, uv[1] / 100.0]);

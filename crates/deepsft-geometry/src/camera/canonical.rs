@@ -90,7 +90,7 @@ impl CanonicalWarp {
     fn apply_sampled(&self, picture: &Picture) -> Picture {
         let limit = picture.size().as_dvec2();
         let step = 1.0 / self.taps as f64;
-        Picture::from_fn(self.canonical.width(), self.canonical.height(), |x, y| {
+        Picture::from_fn(self.canonical.size().width, self.canonical.size().height, |x, y| {
             let mut sum = [0.0_f32; 3];
             for tap in 0..self.taps * self.taps {
                 let offset = DVec2::new((tap % self.taps) as f64 + 0.5, (tap / self.taps) as f64 + 0.5) * step;
@@ -110,7 +110,7 @@ impl CanonicalWarp {
     /// The same mean between cameras without distortion: columns lie above columns and rows above rows, so
     /// the weights of a pixel's samples are a product of a column's and a row's.
     fn apply_separable(&self, picture: &Picture) -> Picture {
-        let (width, height) = (self.canonical.width(), self.canonical.height());
+        let (width, height) = (self.canonical.size().width, self.canonical.size().height);
         let [(from, to), (from_focal, to_focal)] = [
             (self.canonical.principal_point(), self.source.principal_point()),
             (self.canonical.focal(), self.source.focal()),

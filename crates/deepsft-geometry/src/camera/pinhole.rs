@@ -165,16 +165,6 @@ impl Camera {
         } == *other
     }
 
-    /// Image width, pixels.
-    pub fn width(&self) -> usize {
-        self.size.width
-    }
-
-    /// Image height, pixels.
-    pub fn height(&self) -> usize {
-        self.size.height
-    }
-
     /// Columns and rows of the image, pixels.
     pub fn size(&self) -> ImageSize {
         self.size

@@ -125,10 +125,10 @@ impl VisibleVertices {
             |(&depth, uv): (&f32, &[f32; 2])| depth > 0.0 && depth.is_finite() && uv.iter().all(|c| c.is_finite());
         let pixels = maps.depth().iter().zip(maps.registration());
         let mut kept: Vec<f32> = pixels.map(|pixel| f32::from(u8::from(usable(pixel)))).collect();
-        erode(&mut kept, maps.width(), self.margin_px);
+        erode(&mut kept, maps.size().width, self.margin_px);
         (0..kept.len())
             .map(|pixel| {
-                let (x, y) = (pixel % maps.width(), pixel / maps.width());
+                let (x, y) = (pixel % maps.size().width, pixel / maps.size().width);
                 let centre = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
                 (kept[pixel] > 0.0).then(|| camera.unproject(centre, f64::from(maps.depth()[pixel])))
             })

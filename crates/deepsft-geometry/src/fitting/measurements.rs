@@ -29,7 +29,7 @@ pub struct Measurement {
 
 /// Measurements on a grid of pixels, away from the mask's edge and from breaks of the registration.
 pub fn measurements(maps: &Maps, template: &Template) -> Vec<Measurement> {
-    let (width, height) = (maps.width(), maps.height());
+    let (width, height) = (maps.size().width, maps.size().height);
     let at = |x: usize, y: usize| {
         let [u, v] = maps.registration()[y * width + x];
         template.point_template(DVec2::new(f64::from(u), f64::from(v)))

@@ -119,10 +119,10 @@ mod tests {
             .map(|p| p + 450.0 * DVec3::Z)
             .collect();
         let maps = VisibleSurface::new(template.mesh(), &vertices, &camera).maps();
-        let image = Picture::from_fn(maps.width(), maps.height(), |x, y| {
-            let [u, v] = maps.registration()[y * maps.width() + x];
+        let image = Picture::from_fn(maps.size().width, maps.size().height, |x, y| {
+            let [u, v] = maps.registration()[y * maps.size().width + x];
             let texel = |at: f32, count: usize| (at * count as f32) as usize;
-            if maps.inside(y * maps.width() + x) {
+            if maps.inside(y * maps.size().width + x) {
                 motif(texel(u, 600), texel(v, 400))
             } else {
                 [90; 3]

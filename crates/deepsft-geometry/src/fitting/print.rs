@@ -61,7 +61,7 @@ impl Drawing {
         let camera = surface.camera();
         // The pixel beside the mesh's region says that there the mesh ends.
         let region = surface.region().grown(border.max(1), camera.size());
-        let is_seen = |column: usize, row: usize| seen.is_none_or(|maps| maps.inside(row * maps.width() + column));
+        let is_seen = |column: usize, row: usize| seen.is_none_or(|maps| maps.inside(row * maps.size().width + column));
         let mut mask = vec![0.0; region.area()];
         for (column, row, ..) in surface.front() {
             if let Some(pixel) = region.index(column, row).filter(|_| is_seen(column, row)) {

@@ -17,13 +17,13 @@ pub struct Maps {
 }
 
 impl Maps {
-    /// Maps of `width` x `height` pixels in which nothing is seen.
-    pub fn empty(width: usize, height: usize) -> Self {
-        let (size, pixels) = (ImageSize { width, height }, width * height);
+    /// Maps of this size in which nothing is seen.
+    pub fn empty(size: impl Into<ImageSize>) -> Self {
+        let size = size.into();
         Self {
             size,
-            depth: vec![OUTSIDE; pixels],
-            registration: vec![[OUTSIDE; 2]; pixels],
+            depth: vec![OUTSIDE; size.area()],
+            registration: vec![[OUTSIDE; 2]; size.area()],
         }
     }
 
@@ -51,16 +51,6 @@ impl Maps {
             depth,
             registration,
         })
-    }
-
-    /// Columns.
-    pub fn width(&self) -> usize {
-        self.size.width
-    }
-
-    /// Rows.
-    pub fn height(&self) -> usize {
-        self.size.height
     }
 
     /// Columns and rows.

@@ -10,18 +10,18 @@ use std::ops::Range;
 ///
 /// ```
 /// use deepsft_geometry::{Maps, remove_islands};
-/// let mut maps = Maps::empty(480, 270);
+/// let mut maps = Maps::empty((480, 270));
 /// (0..100).for_each(|x| maps.set(480 + x, 500.0, [0.5, 0.5]));
 /// maps.set(48_000, 500.0, [0.5, 0.5]);
 /// assert_eq!(remove_islands(&mut maps, 0.05), 1);
 /// assert_eq!(maps.area(), 100);
 /// ```
 pub fn remove_islands(maps: &mut Maps, min_fraction: f64) -> usize {
-    let width = maps.width();
+    let width = maps.size().width;
     // Pixels of one row that are next to each other and inside the mask, and which of these runs hang together.
     let (mut runs, mut pieces) = (Vec::<Range<usize>>::new(), DisjointSets::default());
     let mut above = 0..0;
-    for row in 0..maps.height() {
+    for row in 0..maps.size().height {
         let first = runs.len();
         let mut start = None;
         for pixel in row * width..=(row + 1) * width {

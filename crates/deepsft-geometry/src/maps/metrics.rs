@@ -42,7 +42,7 @@ pub struct FrameMetrics {
 ///
 /// ```
 /// use deepsft_geometry::{Maps, glam::DVec2, metrics::frame_metrics, training_camera};
-/// let mut truth = Maps::empty(480, 270);
+/// let mut truth = Maps::empty((480, 270));
 /// truth.set(0, 500.0, [0.5, 0.5]);
 /// let mut predicted = truth.clone();
 /// predicted.set(0, 503.0, [0.5, 0.5]);
@@ -59,7 +59,7 @@ pub fn frame_metrics(
     camera: &Camera,
     template_size_mm: DVec2,
 ) -> Result<FrameMetrics, GeometryError> {
-    let width = camera.width();
+    let width = camera.size().width;
     for size in [truth.size(), predicted.size()] {
         check_size(size, camera.size())?;
     }
@@ -178,7 +178,7 @@ fn jacobian_mm(truth: &Maps, pixel: usize, camera: &Camera, template_size_mm: DV
 
 /// d(u, v) / dx and d(u, v) / dy per pixel, where all four neighbours are on the same sheet.
 pub(crate) fn central_differences(maps: &Maps, pixel: usize) -> Option<[DVec2; 2]> {
-    let (width, height) = (maps.width(), maps.height());
+    let (width, height) = (maps.size().width, maps.size().height);
     let (x, y) = (pixel % width, pixel / width);
     if x == 0 || y == 0 || x + 1 >= width || y + 1 >= height {
         return None;

@@ -12,8 +12,8 @@ use crate::image::{MipLevel, Picture};
 /// finer than the image is averaged as the camera averaged it (our choice; the paper is silent).
 pub fn draw_template(texture: &Picture, maps: &Maps) -> Picture {
     let mut drawn = drawn_colors(texture, maps).peekable();
-    Picture::from_fn(maps.width(), maps.height(), |x, y| {
-        match drawn.next_if(|d| d.0 == y * maps.width() + x) {
+    Picture::from_fn(maps.size().width, maps.size().height, |x, y| {
+        match drawn.next_if(|d| d.0 == y * maps.size().width + x) {
             Some((_, color)) => color.map(|c| (c + 0.5) as u8),
             None => [0; 3],
         }
@@ -58,7 +58,7 @@ pub(crate) fn color_pairs(
     texture: &Picture,
     maps: &Maps,
 ) -> Option<impl Iterator<Item = ([f32; 3], [u8; 3])>> {
-    let seen = |pixel: usize| image.pixel(pixel % maps.width(), pixel / maps.width());
+    let seen = |pixel: usize| image.pixel(pixel % maps.size().width, pixel / maps.size().width);
     let pairs = || drawn_colors(texture, maps).map(move |(pixel, drawn)| (drawn, seen(pixel)));
     (image.size() == maps.size()).then(pairs)
 }

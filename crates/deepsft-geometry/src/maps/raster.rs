@@ -289,8 +289,8 @@ impl VisibleSurface {
 
     /// Exact depth and registration of the front at the pixel centres.
     pub fn maps(&self) -> Maps {
-        let width = self.camera.width();
-        let mut maps = Maps::empty(width, self.camera.height());
+        let width = self.camera.size().width;
+        let mut maps = Maps::empty(self.camera.size());
         for (column, row, _, triangle) in self.front() {
             let at = self.centres.position(column, row);
             let point = triangle.seen_point(at.x, at.y);

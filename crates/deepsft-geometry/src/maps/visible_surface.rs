@@ -19,8 +19,8 @@ const STEEPEST: f64 = 10.0;
 /// # Errors
 /// [`TemplateError`] when the maps show no surface, as [`TriangleMesh::new`] says.
 pub fn visible_surface(maps: &Maps, camera: &Camera) -> Result<TriangleMesh, TemplateError> {
-    let (columns, rows) = (maps.width().div_ceil(STEP), maps.height().div_ceil(STEP));
-    let pixel = |i: usize, j: usize| j * STEP * maps.width() + i * STEP;
+    let (columns, rows) = (maps.size().width.div_ceil(STEP), maps.size().height.div_ceil(STEP));
+    let pixel = |i: usize, j: usize| j * STEP * maps.size().width + i * STEP;
     let depth = |(i, j): (usize, usize)| f64::from(maps.depth()[pixel(i, j)]);
     // How much of its depth a step between vertices may rise, mm per mm.
     let jump = STEEPEST * STEP as f64 / camera.focal().min_element();

@@ -11,7 +11,7 @@ use deepsft_geometry::{Camera, GeometryError, Maps, Picture, Template, training_
 fn mistaken(truth: &Maps) -> Maps {
     let mut maps = truth.clone();
     for pixel in (0..truth.depth().len()).filter(|&p| truth.inside(p)) {
-        let (x, y) = ((pixel % truth.width()) as f32, (pixel / truth.width()) as f32);
+        let (x, y) = ((pixel % truth.size().width) as f32, (pixel / truth.size().width) as f32);
         let [u, v] = truth.registration()[pixel];
         let du = 0.012 * (x / 60.0).sin() + 0.005 * (y / 9.0).cos();
         let dv = 0.015 * (x / 80.0 + y / 50.0).cos();
@@ -240,7 +240,7 @@ fn too_little_to_fit_is_said_and_wrong_sizes_are_refused() {
         ..
     } = scene();
     let mut fitter = FrameFitter::new(&template, FitOptions::default()).unwrap();
-    let nothing = Start::Maps(Maps::empty(480, 270));
+    let nothing = Start::Maps(Maps::empty((480, 270)));
     assert!(fitter.fit(&image, &camera, &nothing).unwrap().is_none());
     let behind = Start::Mesh(vec![-DVec3::Z; template.mesh().vertices().len()]);
     assert!(fitter.fit(&image, &camera, &behind).unwrap().is_none());
@@ -259,7 +259,7 @@ fn too_little_to_fit_is_said_and_wrong_sizes_are_refused() {
             Err(GeometryError::Weight { term: "blur", .. })
         ));
     }
-    let small = Start::Maps(Maps::empty(48, 27));
+    let small = Start::Maps(Maps::empty((48, 27)));
     assert!(matches!(
         fitter.fit(&image, &camera, &small),
         Err(GeometryError::MapSize { .. })

@@ -18,7 +18,7 @@ fn view() -> (TriangleMesh, Vec<DVec3>, Maps, Camera) {
 /// Clears the pixels that `covered` names by column and row.
 fn cover(maps: &mut Maps, covered: impl Fn(usize, usize) -> bool) {
     for pixel in 0..maps.depth().len() {
-        if covered(pixel % maps.width(), pixel / maps.width()) {
+        if covered(pixel % maps.size().width, pixel / maps.size().width) {
             maps.clear(pixel);
         }
     }
@@ -56,7 +56,7 @@ fn a_break_of_the_maps_gives_no_vertex_between_its_sides() {
     let (mesh, truth, mut maps, camera) = view();
     // The right half of the image is shifted to half the depth: another sheet before this one, say.
     for pixel in 0..maps.depth().len() {
-        if pixel % maps.width() >= 240 && maps.inside(pixel) {
+        if pixel % maps.size().width >= 240 && maps.inside(pixel) {
             maps.set(pixel, 0.5 * maps.depth()[pixel], maps.registration()[pixel]);
         }
     }
@@ -79,9 +79,9 @@ fn holes_that_are_not_numbers_and_the_back_of_a_sheet_show_nothing() {
         (500.0, f32::INFINITY),
     ] {
         let mut broken = maps.clone();
-        for row in 0..maps.height() {
+        for row in 0..maps.size().height {
             for column in 0..240 {
-                broken.set(row * maps.width() + column, depth, [u, 0.5]);
+                broken.set(row * maps.size().width + column, depth, [u, 0.5]);
             }
         }
         let found = visible.find(&broken, &camera).unwrap();
@@ -89,20 +89,20 @@ fn holes_that_are_not_numbers_and_the_back_of_a_sheet_show_nothing() {
         assert!(found.iter().all(|p| camera.project(truth[p.vertex]).unwrap().x > 239.0));
     }
     let mut mirrored = maps.clone();
-    for row in 0..maps.height() {
-        for column in 0..maps.width() {
-            let from = row * maps.width() + maps.width() - 1 - column;
+    for row in 0..maps.size().height {
+        for column in 0..maps.size().width {
+            let from = row * maps.size().width + maps.size().width - 1 - column;
             mirrored.set(
-                row * maps.width() + column,
+                row * maps.size().width + column,
                 maps.depth()[from],
                 maps.registration()[from],
             );
         }
     }
     assert_eq!(visible.find(&mirrored, &camera).unwrap(), []);
-    assert_eq!(visible.find(&Maps::empty(480, 270), &camera).unwrap(), []);
+    assert_eq!(visible.find(&Maps::empty((480, 270)), &camera).unwrap(), []);
     assert!(matches!(
-        visible.find(&Maps::empty(270, 480), &camera),
+        visible.find(&Maps::empty((270, 480)), &camera),
         Err(GeometryError::MapSize { .. })
     ));
 }
@@ -135,6 +135,6 @@ fn maps_that_show_less_than_a_patch_are_not_completed() {
     cover(&mut maps, |x, y| !((230..240).contains(&x) && (130..140).contains(&y)));
     assert!(maps.area() > 0);
     assert!(completion.complete(&maps, &camera).unwrap().is_none());
-    let nothing = Maps::empty(480, 270);
+    let nothing = Maps::empty((480, 270));
     assert!(completion.complete(&nothing, &camera).unwrap().is_none());
 }

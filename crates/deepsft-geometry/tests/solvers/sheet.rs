@@ -40,14 +40,14 @@ pub fn place(p: &DVec3, time_s: f64) -> DVec3 {
 /// The sheet in light that falls off to the right, before a chequered wall.
 pub fn image(template: &Template, truth: &Maps) -> Picture {
     let texture = template.texture().halved();
-    Picture::from_fn(truth.width(), truth.height(), |x, y| {
-        let pixel = y * truth.width() + x;
+    Picture::from_fn(truth.size().width, truth.size().height, |x, y| {
+        let pixel = y * truth.size().width + x;
         if !truth.inside(pixel) {
             return [if (x / 12 + y / 9) % 2 == 0 { 60 } else { 150 }; 3];
         }
         let [u, v] = truth.registration()[pixel].map(f64::from);
         let color = texture.sample(u * texture.width() as f64, v * texture.height() as f64);
-        let light = 0.9 - 0.4 * x as f32 / truth.width() as f32;
+        let light = 0.9 - 0.4 * x as f32 / truth.size().width as f32;
         color.map(|c| (light * c + 10.0) as u8)
     })
 }

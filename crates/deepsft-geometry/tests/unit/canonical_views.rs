@@ -57,7 +57,7 @@ fn a_mesh_that_comes_near_is_followed_in_a_wider_view_until_it_is_well_inside_th
 #[test]
 fn an_object_is_cut_where_its_maps_end_at_the_view_and_the_image_goes_on() {
     let column = |x: usize| {
-        let mut maps = Maps::empty(480, 270);
+        let mut maps = Maps::empty((480, 270));
         (0..270).for_each(|y| maps.set(480 * y + x, 300.0, [0.5; 2]));
         maps
     };
@@ -66,7 +66,7 @@ fn an_object_is_cut_where_its_maps_end_at_the_view_and_the_image_goes_on() {
     // Of 640 x 480 pixels the view shows all columns, and not all rows.
     let views = CanonicalViews::new(&training_camera(), &Camera::typical((640, 480)).unwrap());
     assert!(!views.cuts(views.nearest(), &column(240)), "two pixels are no edge");
-    let mut wide = Maps::empty(480, 270);
+    let mut wide = Maps::empty((480, 270));
     (100..300).for_each(|pixel| wide.set(pixel, 300.0, [0.5; 2]));
     assert!(views.cuts(views.nearest(), &wide));
     assert!(!views.cuts(views.widest(), &wide) && !views.cuts(views.nearest(), &inside));

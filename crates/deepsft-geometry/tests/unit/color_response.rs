@@ -11,7 +11,7 @@ fn texture() -> Picture {
 
 /// Maps of a camera that sees texel (x, y) at the pixel (x + 10, y + 5).
 fn maps() -> Maps {
-    let mut maps = Maps::empty(100, 50);
+    let mut maps = Maps::empty((100, 50));
     for y in 0..40 {
         for x in 0..60 {
             let uv = [(x as f32 + 0.5) / 60.0, (y as f32 + 0.5) / 40.0];
@@ -82,7 +82,7 @@ fn a_template_without_contrast_keeps_its_gain_and_frames_without_the_object_do_n
     let grey = Picture::from_fn(60, 40, |x, _| [98 + 4 * (x % 2) as u8; 3]);
     let mut found = ColorMatch::default();
     assert!(found.add(&grey, &grey, &maps()).is_err(), "an image of another size");
-    found.add(&image(&DULL, 0), &grey, &Maps::empty(100, 50)).unwrap();
+    found.add(&image(&DULL, 0), &grey, &Maps::empty((100, 50))).unwrap();
     assert_eq!(found.response(), ColorResponse::IDENTITY);
     // What contrast the picture has is the sensor's noise.
     let noisy = Picture::from_fn(100, 50, |x, y| [if (x + y) % 2 == 0 { 110 } else { 150 }; 3]);

@@ -3,7 +3,7 @@
 use deepsft_geometry::{Maps, remove_islands};
 
 fn maps(rows: &[&str]) -> Maps {
-    let mut maps = Maps::empty(rows[0].len(), rows.len());
+    let mut maps = Maps::empty((rows[0].len(), rows.len()));
     for (pixel, mark) in rows.concat().bytes().enumerate() {
         if mark == b'#' {
             maps.set(pixel, 500.0, [0.5; 2]);
@@ -42,7 +42,7 @@ fn pieces_do_not_join_around_the_end_of_a_row() {
 
 #[test]
 fn nothing_and_everything_have_no_island() {
-    let mut nothing = Maps::empty(7, 5);
+    let mut nothing = Maps::empty((7, 5));
     assert_eq!(remove_islands(&mut nothing, 1.0), 0);
     let mut everything = maps(&["###", "###"]);
     assert_eq!(remove_islands(&mut everything, 1.0), 0);

@@ -9,7 +9,7 @@ const MARGIN_PX: f64 = 4.0;
 #[test]
 fn edges_and_breaks_give_no_measurement() {
     let template = Template::thin_shell(Picture::from_fn(1, 1, |_, _| [0; 3]), 300.0, 200.0).unwrap();
-    let mut maps = Maps::empty(120, 60);
+    let mut maps = Maps::empty((120, 60));
     for y in 10..50 {
         for x in 10..110 {
             // The registration jumps by 60 mm at column 60.

@@ -13,7 +13,7 @@ const F32_PX: f64 = 5e-5;
 /// A plane of constant depth 380 mm: one pixel is 1 mm at f = 380. Texture (0, 0) is at the pixel
 /// corner (100, 50), the sheet fills 200 x 100 pixels.
 fn frontal() -> Maps {
-    let mut maps = Maps::empty(480, 270);
+    let mut maps = Maps::empty((480, 270));
     for y in 50..150 {
         for x in 100..300 {
             let uv = [(x as f32 + 0.5 - 100.0) / 200.0, (y as f32 + 0.5 - 50.0) / 100.0];
@@ -91,7 +91,7 @@ fn a_shift_of_three_and_four_pixels_is_five_pixels_and_five_millimetres() {
 #[test]
 fn a_rotated_sheet_twice_as_far_has_half_the_pixels_for_the_same_millimetres() {
     // In-plane rotation by 90 degrees at 760 mm: a pixel is 2 mm, x runs along v, y against u.
-    let mut truth = Maps::empty(480, 270);
+    let mut truth = Maps::empty((480, 270));
     for y in 0..100 {
         for x in 0..50 {
             let uv = [1.0 - (y as f32 + 0.5) / 100.0, (x as f32 + 0.5) / 50.0];
@@ -128,7 +128,7 @@ fn a_depth_error_on_half_of_the_pixels_enters_as_a_root_mean_square() {
 #[test]
 fn a_point_error_is_the_depth_error_times_the_length_of_the_ray() {
     // The ray through pixel (430, 134) of the 380-pixel camera is (190.5, -0.5, 380) / 380.
-    let (mut truth, mut predicted) = (Maps::empty(480, 270), Maps::empty(480, 270));
+    let (mut truth, mut predicted) = (Maps::empty((480, 270)), Maps::empty((480, 270)));
     truth.set(134 * 480 + 430, 400.0, [0.5; 2]);
     predicted.set(134 * 480 + 430, 410.0, [0.5; 2]);
     let expected = 10.0 * (190.5_f64.powi(2) + 0.25 + 380.0_f64.powi(2)).sqrt() / 380.0;
@@ -138,7 +138,7 @@ fn a_point_error_is_the_depth_error_times_the_length_of_the_ray() {
 #[test]
 fn a_mask_shifted_by_half_its_width_has_an_iou_of_one_third() {
     let truth = frontal();
-    let mut predicted = Maps::empty(480, 270);
+    let mut predicted = Maps::empty((480, 270));
     for pixel in (0..truth.depth().len()).filter(|&pixel| truth.inside(pixel)) {
         predicted.set(pixel + 100, 380.0, truth.registration()[pixel]);
     }
@@ -149,7 +149,7 @@ fn a_mask_shifted_by_half_its_width_has_an_iou_of_one_third() {
 
 #[test]
 fn frames_without_overlap_have_masks_to_compare_but_no_errors() {
-    let (truth, nothing) = (frontal(), Maps::empty(480, 270));
+    let (truth, nothing) = (frontal(), Maps::empty((480, 270)));
     let masks = |mask_iou, coverage| FrameMetrics {
         mask_iou,
         coverage,
@@ -187,7 +187,7 @@ fn a_registration_that_stands_still_has_no_figure_in_pixels() {
 
 #[test]
 fn maps_of_another_size_are_refused() {
-    let found = frame_metrics(&Maps::empty(240, 135), &frontal(), &training_camera(), SHEET_MM);
+    let found = frame_metrics(&Maps::empty((240, 135)), &frontal(), &training_camera(), SHEET_MM);
     let (actual, expected) = ((240, 135).into(), (480, 270).into());
     assert_eq!(found, Err(GeometryError::MapSize { actual, expected }));
 }

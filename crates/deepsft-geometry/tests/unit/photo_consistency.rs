@@ -4,7 +4,7 @@ use deepsft_geometry::{Maps, Picture, draw_template, photo_consistency_error, re
 
 /// One texel of a 200 x 100 texture per pixel: texel (x, y) is seen at pixel (x + 100, y + 50).
 fn frontal(shift_px: f32) -> Maps {
-    let mut maps = Maps::empty(480, 270);
+    let mut maps = Maps::empty((480, 270));
     for y in 0..100 {
         for x in 0..200 {
             let uv = [(x as f32 + 0.5 + shift_px) / 200.0, (y as f32 + 0.5) / 100.0];
@@ -19,7 +19,10 @@ fn the_photo_consistency_error_of_a_grey_that_is_51_levels_off_is_one_fifth() {
     let image = Picture::from_fn(480, 270, |_, _| [151; 3]);
     let texture = Picture::from_fn(20, 10, |_, _| [100; 3]);
     assert!((photo_consistency_error(&image, &texture, &frontal(0.0)).unwrap() - 0.2).abs() < 1e-6);
-    assert_eq!(photo_consistency_error(&image, &texture, &Maps::empty(480, 270)), None);
+    assert_eq!(
+        photo_consistency_error(&image, &texture, &Maps::empty((480, 270))),
+        None
+    );
     assert_eq!(
         photo_consistency_error(&texture, &texture, &frontal(0.0)),
         None,
@@ -59,7 +62,7 @@ fn light_that_is_the_same_all_over_is_taken_away_and_a_shift_is_not() {
     assert!(relit_photo_consistency_error(&lit, &texture, &frontal(0.0)).unwrap() < 0.5 / 255.0);
     assert!(relit_photo_consistency_error(&lit, &texture, &frontal(1.0)).unwrap() > 0.05);
     assert_eq!(
-        relit_photo_consistency_error(&lit, &texture, &Maps::empty(480, 270)),
+        relit_photo_consistency_error(&lit, &texture, &Maps::empty((480, 270))),
         None
     );
 }

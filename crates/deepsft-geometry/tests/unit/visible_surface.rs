@@ -4,7 +4,7 @@ use deepsft_geometry::glam::DVec2;
 use deepsft_geometry::{Maps, training_camera, visible_surface};
 
 fn plane(depth: impl Fn(usize) -> Option<f32>) -> Maps {
-    let mut maps = Maps::empty(480, 270);
+    let mut maps = Maps::empty((480, 270));
     for p in 0..480 * 270 {
         if let Some(depth) = depth(p % 480) {
             maps.set(p, depth, [0.25, 0.75]);
@@ -35,6 +35,6 @@ fn the_surface_is_torn_at_a_depth_jump_and_ends_at_the_mask() {
     let maps = plane(|x| (x < 400).then_some(if x < 200 { 400.0 } else { 440.0 }));
     let mesh = visible_surface(&maps, &training_camera()).unwrap();
     assert_eq!(mesh.faces().len(), 2 * 134 * (99 + 99));
-    let empty = visible_surface(&Maps::empty(480, 270), &training_camera()).unwrap();
+    let empty = visible_surface(&Maps::empty((480, 270)), &training_camera()).unwrap();
     assert!(empty.faces().is_empty() && empty.vertices().is_empty());
 }

@@ -365,7 +365,7 @@ fn run_compact(gpu: &Gpu, half: Option<f32>) {
                         );
                     }
                 }
-                let (mut expected, mut maps) = (Maps::empty(width, height), Maps::empty(width, height));
+                let (mut expected, mut maps) = (Maps::empty((width, height)), Maps::empty((width, height)));
                 cpu.read(stage, None, &mut expected).unwrap();
                 on_gpu.read(stage, None, &mut maps).unwrap();
                 assert!(maps.area() > 0 && maps.area().abs_diff(expected.area()) < 3);
@@ -398,7 +398,7 @@ fn the_papers_network_says_the_same_on_a_gpu() {
     let before = gpu.submissions();
     pollster::block_on(on_gpu.run(&picture)).unwrap();
     assert_eq!(gpu.submissions(), before + 1, "a frame is one list of work");
-    let (mut expected, mut maps) = (Maps::empty(480, 270), Maps::empty(480, 270));
+    let (mut expected, mut maps) = (Maps::empty((480, 270)), Maps::empty((480, 270)));
     let all = vec![true; 480 * 270];
     for stage in [Stage::Main, Stage::DepthRefinement, Stage::RegistrationRefinement] {
         cpu.read(stage, Some(&all), &mut expected).unwrap();

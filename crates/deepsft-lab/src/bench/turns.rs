@@ -159,7 +159,7 @@ pub fn take(bundle: &ModelBundle, image: &Picture) -> Result<()> {
     let view = estimator.canonical_camera(camera.size());
     let ImageSize { width, height } = canonical.size();
     let mut executor = bundle.network().executor(canonical.size())?;
-    let (mut maps, all) = (Maps::empty(width, height), vec![true; width * height]);
+    let (mut maps, all) = (Maps::empty((width, height)), vec![true; width * height]);
     for question in stdin().lines() {
         let answer = match question?.as_str() {
             WHOLE_FRAME => {

@@ -61,7 +61,10 @@ struct Camerawise {
 
 /// Renders frames until each step has its share, looks for the object in them, and prints a table for each camera.
 pub fn run(arguments: &RollsArguments) -> Result<()> {
-    let across = training_camera().resized((SCALE * training_camera().width(), SCALE * training_camera().height()))?;
+    let across = training_camera().resized((
+        SCALE * training_camera().size().width,
+        SCALE * training_camera().size().height,
+    ))?;
     let mut tables = Vec::new();
     for camera in [across, across.turned_anticlockwise()] {
         let table = measured(arguments, camera)?;
@@ -108,8 +111,8 @@ fn measured(arguments: &RollsArguments, camera: Camera) -> Result<Camerawise> {
         Row::of(roll_deg, said.iter().copied())
     });
     Ok(Camerawise {
-        width: camera.width(),
-        height: camera.height(),
+        width: camera.size().width,
+        height: camera.size().height,
         steps: steps.collect(),
         all: Row::of(None, said.iter().flatten().copied()),
     })

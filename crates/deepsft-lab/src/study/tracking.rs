@@ -146,7 +146,7 @@ pub fn run(arguments: &TrackingStudyArguments) -> Result<()> {
 /// The finders, and the camera of the clips: features are taken from images of twice the canonical size.
 fn finder(target: &Target, finders: Finders) -> Result<(TargetFinder, Camera)> {
     let canonical = target.canonical_camera(training_camera().size());
-    let doubled = canonical.resized((2 * canonical.width(), 2 * canonical.height()))?;
+    let doubled = canonical.resized((2 * canonical.size().width, 2 * canonical.size().height))?;
     Ok(match finders {
         Finders::Network => {
             let network = target.network().context("the model has no network")?.clone();

@@ -91,7 +91,7 @@ fn every_architecture_comes_back_and_says_the_same_but_for_its_rounding() {
         let estimator = Estimator::new(&read, &deepsft::Device::Cpu).unwrap();
         let image = Picture::from_fn(480, 270, |x, y| [x as u8, y as u8, 128]);
         let maps = pollster::block_on(estimator.infer(&image, read.camera()));
-        assert_eq!(maps.unwrap().width(), 480);
+        assert_eq!(maps.unwrap().size().width, 480);
     }
 }
 

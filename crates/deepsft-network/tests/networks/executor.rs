@@ -153,7 +153,7 @@ fn expected(network: &Network, image: &Picture, stage: Stage, seen: Option<&[boo
     };
     let [depth, uv, logits] = [depth, said.main_registration, said.mask_logits].map(values);
     let (range, pixels) = (network.config().depth_range, depth.len());
-    let mut maps = Maps::empty(image.width(), image.height());
+    let mut maps = Maps::empty(image.size());
     for pixel in 0..pixels {
         let in_mask = if network.says_outside() {
             depth[pixel] >= -0.5
@@ -179,7 +179,7 @@ fn compare_maps(network: &Network, image: &Picture, [max_off, max_apart]: [f64; 
     for seen in [None, Some(&all[..])] {
         for &stage in network.config().architecture.stages() {
             let expected = expected(network, image, stage, seen, &device);
-            let mut maps = Maps::empty(width, height);
+            let mut maps = Maps::empty((width, height));
             executor.read(stage, seen, &mut maps).unwrap();
             let mut outvoted = 0;
             for pixel in 0..width * height {
@@ -204,7 +204,7 @@ fn maps_at_pixels_are_those_of_the_network() {
     compare_maps(&network, &picture(480, 270, 1), COMPACT);
     let mut executor = network.folded().executor((480, 270)).unwrap();
     assert!(executor.run(&picture(470, 270, 1)).is_err());
-    assert!(executor.read(Stage::Main, None, &mut Maps::empty(3, 3)).is_err());
+    assert!(executor.read(Stage::Main, None, &mut Maps::empty((3, 3))).is_err());
 }
 
 #[test]
@@ -241,7 +241,7 @@ fn the_papers_network_and_r50f_say_the_same_to_a_ten_thousandth() {
         compare_maps(&network, &image, [1e-4, 1e-4]);
         let mut executor = network.folded().executor((480, 270)).unwrap();
         executor.run(&image).unwrap();
-        let mut maps = Maps::empty(480, 270);
+        let mut maps = Maps::empty((480, 270));
         executor.read(Stage::Main, Some(&[true; 480 * 270]), &mut maps).unwrap();
         let us = || (0..480 * 270).map(|pixel| maps.uv(pixel).x);
         let (least, most) = (us().fold(f64::MAX, f64::min), us().fold(f64::MIN, f64::max));

@@ -285,7 +285,7 @@ impl<'a> ClipStory<'a> {
         let passing = (PASSING[1] - PASSING[0]) * self.length.frames as f64;
         let arm = match self.passing_progress(frame) {
             // Its way is a little longer than the image is wide.
-            Some(_) => 1.5 * camera.width() as f64 * exposure / passing,
+            Some(_) => 1.5 * camera.size().width as f64 * exposure / passing,
             None => 0.0,
         };
         let half = (sheet.max(arm) / EXPOSURE_STEP_PX / 2.0).round() as usize;
@@ -297,7 +297,7 @@ impl<'a> ClipStory<'a> {
         let camera = &self.synthesizer.config().camera;
         let phase = first as f64 / self.length.frames_per_s / LOOP_S;
         let before = self.motion.vertices_camera(phase);
-        let least = MIN_JUMP * camera.width() as f64;
+        let least = MIN_JUMP * camera.size().width as f64;
         let mut farthest = (0.0, None);
         for motion in tries {
             let after = motion.vertices_camera(phase);
@@ -320,9 +320,9 @@ impl<'a> ClipStory<'a> {
         let (focal, centre) = (camera.focal(), camera.principal_point());
         // Along x or y; towards the image's end or its beginning.
         let (focal, low, high) = if direction.x == 0.0 {
-            (focal.y, centre.y, camera.height() as f64 - centre.y)
+            (focal.y, centre.y, camera.size().height as f64 - centre.y)
         } else {
-            (focal.x, centre.x, camera.width() as f64 - centre.x)
+            (focal.x, centre.x, camera.size().width as f64 - centre.x)
         };
         let edge = if direction.element_sum() > 0.0 { high } else { low };
         let room = edge + AWAY_PX;

@@ -105,8 +105,8 @@ pub(super) fn decode(entries: &[Vec<u8>; 4]) -> Result<(u64, u64, Sample), Reaso
         DynamicImage::ImageRgb16(uv) => uv,
         other => return Err(wrong(2, &other, "16-bit RGB")),
     };
-    let (width, height) = (camera.width(), camera.height());
-    let mut truth = Maps::empty(width, height);
+    let (width, height) = (camera.size().width, camera.size().height);
+    let mut truth = Maps::empty((width, height));
     for (pixel, (depth, uv)) in depth.pixels().zip(uv.pixels()).enumerate() {
         if (depth.0[0] > 0) != (uv.0[2] > 0) {
             return Err(of(2, &format!("has another mask than the depth at pixel {pixel}")));

@@ -35,7 +35,7 @@ pub(crate) struct DepthAlignment {
 impl DepthAlignment {
     /// From the depth pictures of `sensor` to the image of `target`, which has no lens distortion.
     pub(crate) fn new(sensor: &RgbdSensor, target: &Camera) -> Self {
-        let (width, height) = (sensor.depth.width(), sensor.depth.height());
+        let (width, height) = (sensor.depth.size().width, sensor.depth.size().height);
         let corners = (0..=height)
             .flat_map(|y| (0..=width).map(move |x| DVec2::new(x as f64, y as f64)))
             .map(|corner| sensor.depth.ray_from_pixel(corner))
@@ -50,7 +50,7 @@ impl DepthAlignment {
     /// Depth in mm of every pixel of the target, 0 in holes. `raw` are the numbers of a depth picture, row-major, 0 where
     /// nothing was measured.
     pub(crate) fn apply(&self, raw: &[u16]) -> Vec<f32> {
-        let pixels = self.target.width() * self.target.height();
+        let pixels = self.target.size().width * self.target.size().height;
         let mut nearest = vec![f64::INFINITY; pixels];
         self.each_covered(raw, |pixel, depth| nearest[pixel] = nearest[pixel].min(depth));
         let mut sums = vec![(0.0, 0_u32); pixels];
@@ -72,8 +72,8 @@ impl DepthAlignment {
 
     /// Calls `each(target pixel, depth in the target's frame, mm)` for every pixel that every measured square covers.
     fn each_covered(&self, raw: &[u16], mut each: impl FnMut(usize, f64)) {
-        let width = self.sensor.depth.width();
-        let (columns, rows) = (self.target.width(), self.target.height());
+        let width = self.sensor.depth.size().width;
+        let (columns, rows) = (self.target.size().width, self.target.size().height);
         let mm = 1000.0 / self.sensor.depth_scale;
         for (pixel, &units) in raw.iter().enumerate().filter(|(_, units)| **units > 0) {
             let corner = (pixel / width) * (width + 1) + pixel % width;

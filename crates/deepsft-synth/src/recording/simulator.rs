@@ -190,7 +190,7 @@ impl RecordingSimulator {
     fn room(&self, number: usize) -> Vec<SeenDepth> {
         let mut rng = generator(self.seed, number as u64, Stream::Recording);
         let camera = &self.sensor.depth;
-        let (width, height) = (camera.width(), camera.height());
+        let (width, height) = (camera.size().width, camera.size().height);
         let wall = f64::from(uniform(&mut rng, WALL_MM));
         let mut room = vec![SeenDepth::facing(wall); width * height];
         for _ in 0..rng.random_range(0..=MAX_CLUTTER) {
@@ -241,7 +241,7 @@ impl Take<'_> {
         let vertices = vertices_camera.iter().map(|&p| depth_from_color.transform_point3(p));
         let vertices: Vec<DVec3> = vertices.collect();
         let middle = vertices.iter().map(|p| p.z).sum::<f64>() / vertices.len().max(1) as f64;
-        let (width, height) = (camera.width(), camera.height());
+        let (width, height) = (camera.size().width, camera.size().height);
         let bodies = self.scene.bodies(camera, &vertices);
         // Only its size is asked for.
         let frame = Frame::filled(width, height, Vec3::ZERO);
@@ -294,6 +294,9 @@ fn sensor() -> Result<RgbdSensor, SynthError> {
         depth: Camera::pinhole(depth_size, focal.into(), centre.into())?,
         color_from_depth: DAffine3::from_rotation_translation(DQuat::from_rotation_y(DEPTH_TURN), DEPTH_PLACE_MM),
         simulated: true,
-        ..RgbdSensor::registered(kinect.resized((kinect.width() / COLOR_BINNING, kinect.height() / COLOR_BINNING))?)
+        ..RgbdSensor::registered(kinect.resized((
+            kinect.size().width / COLOR_BINNING,
+            kinect.size().height / COLOR_BINNING,
+        ))?)
     })
 }

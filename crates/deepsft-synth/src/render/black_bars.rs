@@ -26,11 +26,11 @@ pub(crate) struct Bars {
 impl Bars {
     /// Draws a camera that does not fill the image of `canonical`.
     pub(crate) fn sample<R: Rng + ?Sized>(canonical: &Camera, rng: &mut R) -> Self {
-        let side = [canonical.width() as f32, canonical.height() as f32];
+        let side = [canonical.size().width as f32, canonical.size().height as f32];
         let principal = canonical.principal_point().as_vec2();
         let mut bars = Self {
-            columns: [0, canonical.width()],
-            rows: [0, canonical.height()],
+            columns: [0, canonical.size().width],
+            rows: [0, canonical.size().height],
         };
         for _ in 0..TRIES {
             let aspect = ASPECTS[rng.random_range(0..ASPECTS.len())];
@@ -71,8 +71,8 @@ impl Bars {
 
     /// Takes the bars out of the truth.
     pub(crate) fn clear(&self, truth: &mut Maps) {
-        let width = truth.width();
-        for pixel in 0..width * truth.height() {
+        let width = truth.size().width;
+        for pixel in 0..width * truth.size().height {
             if !self.shows(pixel % width, pixel / width) {
                 truth.clear(pixel);
             }

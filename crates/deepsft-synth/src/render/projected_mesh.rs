@@ -35,7 +35,7 @@ impl ProjectedMesh {
     /// Calls `each(row-major pixel, depth in mm, cosine of the angle of incidence)` for every pixel whose centre sees the
     /// sheet, front or back.
     pub(crate) fn each_seen(&self, mut each: impl FnMut(usize, f64, f64)) {
-        let width = self.0.camera().width();
+        let width = self.0.camera().size().width;
         for (index, (column, row)) in self.0.region().pixels().enumerate() {
             let triangle = self
                 .0

@@ -100,7 +100,7 @@ impl<'a> Scene<'a> {
         let camera = ingredients.config.camera;
         Self {
             ingredients,
-            background: Frame::filled(camera.width(), camera.height(), Vec3::splat(CLEAN_GROUND)),
+            background: Frame::filled(camera.size().width, camera.size().height, Vec3::splat(CLEAN_GROUND)),
             light: Lighting::frontal(),
             paper: Paper::matt(),
             occluders: Vec::new(),
@@ -112,7 +112,7 @@ impl<'a> Scene<'a> {
 
     fn empty(ingredients: &'a Ingredients, rng: &mut Pcg64Mcg) -> Self {
         let config = &ingredients.config;
-        let (width, height) = (config.camera.width(), config.camera.height());
+        let (width, height) = (config.camera.size().width, config.camera.size().height);
         let side = Vec2::new(width as f32, height as f32);
         let background = match (ingredients.background(rng), config.photographs) {
             (Background::Photograph(texture), PhotographUse::Plain) => {
@@ -217,10 +217,10 @@ impl<'a> Scene<'a> {
             }
         }
         let camera = self.ingredients.config.camera;
-        let (width, height) = (camera.width(), camera.height());
+        let (width, height) = (camera.size().width, camera.size().height);
         let mut light = light.unwrap_or_else(|| self.background.clone());
         light.scale(1.0 / count.max(1) as f32);
-        let (truth, vertices_camera) = seen.unwrap_or_else(|| (Maps::empty(width, height), Vec::new()));
+        let (truth, vertices_camera) = seen.unwrap_or_else(|| (Maps::empty((width, height)), Vec::new()));
         Ok(self.sample(light, truth, vertices_camera, noise_seed))
     }
 
@@ -263,7 +263,7 @@ impl<'a> Scene<'a> {
         let mesh = self.ingredients.template.mesh();
         let sheet = ProjectedMesh::new(mesh, vertices_camera, &self.ingredients.config.camera);
         let (light, truth) = self.light_and_truth(vertices_camera, &sheet, art, None);
-        let nothing = Maps::empty(truth.width(), truth.height());
+        let nothing = Maps::empty(truth.size());
         self.sample(light, nothing, Vec::new(), noise_seed)
     }
 

@@ -210,7 +210,7 @@ fn meshes_that_do_not_fit_are_refused() {
     ));
     // Behind the camera: nothing is seen.
     let behind = synthesizer.render_clean(vec![DVec3::NEG_Z; vertices]).unwrap();
-    assert_eq!(behind.truth, Maps::empty(480, 270));
+    assert_eq!(behind.truth, Maps::empty((480, 270)));
     assert!(!behind.has_template);
 }
 

@@ -238,7 +238,7 @@ fn damaged_entries_are_refused_by_name() {
 #[test]
 fn a_depth_that_16_bits_cannot_hold_is_refused_not_wrapped() {
     let mut sample = SAMPLES[0].clone();
-    sample.truth = Maps::empty(480, 270);
+    sample.truth = Maps::empty((480, 270));
     sample.truth.set(7, 7000.0, [0.5; 2]);
     let folder = tempfile::tempdir().unwrap();
     let place = folder.path().join("set");
@@ -262,7 +262,7 @@ fn a_depth_that_16_bits_cannot_hold_is_refused_not_wrapped() {
 #[test]
 fn an_entry_that_cannot_be_coded_is_named_with_its_sample() {
     let mut sample = SAMPLES[0].clone();
-    sample.truth = Maps::empty(0, 0);
+    sample.truth = Maps::empty((0, 0));
     let folder = tempfile::tempdir().unwrap();
     let samples = [Ok(SAMPLES[1].clone()), Ok(sample)].into_iter();
     let place = folder.path().join("set");

@@ -7,7 +7,7 @@ use deepsft_geometry::training_camera;
 
 /// A depth picture of `sensor`, in its units.
 fn picture(sensor: &RgbdSensor, depth_mm: impl Fn(f64, f64) -> f64) -> Vec<u16> {
-    let (width, height) = (sensor.depth.width(), sensor.depth.height());
+    let (width, height) = (sensor.depth.size().width, sensor.depth.size().height);
     let at = |i: usize| ((i % width) as f64 + 0.5, (i / width) as f64 + 0.5);
     (0..width * height)
         .map(|i| {

@@ -26,10 +26,10 @@ fn changed(folder: &Path, change: impl FnOnce(&mut Value)) -> DatasetFolder {
 /// A data set of pictures without the object, each of another colour.
 fn written(place: &Path, count: u64) -> Vec<Sample> {
     let camera = training_camera();
-    let (width, height) = (camera.width(), camera.height());
+    let (width, height) = (camera.size().width, camera.size().height);
     let sample = |index| {
         let image = Picture::from_fn(width, height, |x, y| [x as u8, y as u8, 10 * index as u8]);
-        Sample::new(image, Maps::empty(width, height), Vec::new(), camera, DVec3::NEG_Z)
+        Sample::new(image, Maps::empty((width, height)), Vec::new(), camera, DVec3::NEG_Z)
     };
     let samples: Vec<Sample> = (0..count).map(sample).collect();
     write_dataset::<SynthError>(place, &template(), Value::Null, 3, samples.iter().cloned().map(Ok)).unwrap();

@@ -11,7 +11,7 @@ const TUM: &str = r#"{"width": 640, "height": 480, "fx": 525, "fy": 525, "cx": 3
 fn a_registered_recording_needs_only_the_colour_camera() {
     let sensor = RgbdSensor::from_json(TUM).unwrap();
     assert!(sensor.is_registered() && !sensor.simulated);
-    assert_eq!((sensor.depth_scale, sensor.depth.width()), (5000.0, 640));
+    assert_eq!((sensor.depth_scale, sensor.depth.size().width), (5000.0, 640));
     // TUM's default intrinsics are those of an ideal camera: (319.5, 239.5) is the middle of its image.
     assert_eq!(sensor.color.principal_point().to_array(), [320.0, 240.0]);
     assert_eq!(sensor.depth.principal_point(), sensor.color.principal_point());

@@ -108,9 +108,9 @@ impl CellTargets {
     ) -> Self {
         let cell = PIXELS_PER_CELL;
         let mut moments = vec![Moments::NONE; columns * rows];
-        for y in 0..(rows * cell).min(truth.height().saturating_sub(top)) {
-            for x in 0..(columns * cell).min(truth.width().saturating_sub(left)) {
-                let pixel = (top + y) * truth.width() + left + x;
+        for y in 0..(rows * cell).min(truth.size().height.saturating_sub(top)) {
+            for x in 0..(columns * cell).min(truth.size().width.saturating_sub(left)) {
+                let pixel = (top + y) * truth.size().width + left + x;
                 if truth.inside(pixel) {
                     let [u, v] = truth.registration()[pixel].map(f64::from);
                     let d = range.normalise(f64::from(truth.depth()[pixel]));
@@ -217,7 +217,7 @@ mod tests {
 
     /// u = x / 100, v = y / 200, depth constant, visible left of column `edge`.
     fn slope(edge: usize) -> Maps {
-        let mut maps = Maps::empty(64, 32);
+        let mut maps = Maps::empty((64, 32));
         for y in 0..32 {
             for x in 0..edge {
                 maps.set(y * 64 + x, 400.0, [(x as f32 + 0.5) / 100.0, (y as f32 + 0.5) / 200.0]);

@@ -176,7 +176,7 @@ fn window_corner(sample: &Sample, shape: BatchShape, seed: u64, index: u64) -> (
             .filter(|&p| sample.truth.inside(p))
             .nth(chosen)
             .unwrap_or(0);
-        let (x, y) = (pixel % sample.truth.width(), pixel / sample.truth.width());
+        let (x, y) = (pixel % sample.truth.size().width, pixel / sample.truth.size().width);
         return (
             x.saturating_sub(shape.width / 2).min(spare_x),
             y.saturating_sub(shape.height / 2).min(spare_y),

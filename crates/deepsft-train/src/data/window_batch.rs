@@ -116,7 +116,7 @@ impl Batch {
         });
         arrays.images.extend(values);
         arrays.corners.extend([left as f32, top as f32]);
-        let seen = |(x, y)| inside(x, y) && truth.inside(y * truth.width() + x);
+        let seen = |(x, y)| inside(x, y) && truth.inside(y * truth.size().width + x);
         arrays
             .mask
             .extend(pixels().map(|pixel| f32::from(u8::from(seen(pixel)))));

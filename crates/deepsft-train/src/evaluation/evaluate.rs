@@ -318,7 +318,7 @@ impl FrameResult {
 
 /// `reference` in the pixels that `mesh` covers.
 fn reference_within(reference: &Maps, mesh: &Maps) -> Maps {
-    let mut maps = Maps::empty(reference.width(), reference.height());
+    let mut maps = Maps::empty(reference.size());
     for pixel in (0..reference.depth().len()).filter(|&p| reference.inside(p) && mesh.inside(p)) {
         maps.set(pixel, reference.depth()[pixel], reference.registration()[pixel]);
     }

@@ -138,7 +138,7 @@ impl FrameTruth {
 
 /// Maps that are inside where `mask` is, with values that mean nothing.
 fn seen_at(like: &Maps, mask: &[bool]) -> Maps {
-    let mut maps = Maps::empty(like.width(), like.height());
+    let mut maps = Maps::empty(like.size());
     for pixel in (0..mask.len()).filter(|&pixel| mask[pixel]) {
         maps.set(pixel, 1.0, [0.5; 2]);
     }

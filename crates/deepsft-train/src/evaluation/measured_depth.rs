@@ -16,7 +16,7 @@ const LARGEST_STEP: f32 = 0.03;
 /// Where training compares measured depths with the estimate `maps`: two pixels inside its mask, where something was measured
 /// that differs by less than 15 % from the estimate.
 pub(crate) fn trusted_depth(maps: &Maps, depth_mm: &[f32]) -> Vec<bool> {
-    let well_inside = eroded(&maps.mask(), maps.width(), false);
+    let well_inside = eroded(&maps.mask(), maps.size().width, false);
     let near = |pixel: usize| {
         let (measured, estimated) = (depth_mm[pixel], maps.depth()[pixel]);
         measured > 0.0 && (measured - estimated).abs() < LARGEST_DIFFERENCE * estimated
@@ -55,7 +55,7 @@ fn comparable_depth(object: &[bool], depth_mm: &[f32], width: usize) -> Vec<bool
 /// The measured depth as maps, inside where networks are measured against it, with a registration that means nothing: see
 /// [`comparable_depth`].
 pub(crate) fn measured_maps(object: &[bool], depth_mm: &[f32], size: ImageSize) -> Maps {
-    let mut maps = Maps::empty(size.width, size.height);
+    let mut maps = Maps::empty((size.width, size.height));
     let compared = comparable_depth(object, depth_mm, size.width);
     for pixel in (0..compared.len()).filter(|&pixel| compared[pixel]) {
         maps.set(pixel, depth_mm[pixel], [0.5; 2]);
@@ -86,7 +86,7 @@ mod tests {
 
     /// 12 x 8 pixels of 20 x 12 at 600 mm.
     fn sheet() -> Maps {
-        let mut maps = Maps::empty(20, 12);
+        let mut maps = Maps::empty((20, 12));
         for y in 2..10 {
             for x in 3..15 {
                 maps.set(y * 20 + x, 600.0, [0.5; 2]);

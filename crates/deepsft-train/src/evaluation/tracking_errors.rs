@@ -23,7 +23,7 @@ pub fn truth_maps(sample: &Sample, template: &Template, canonical: &Camera) -> R
         return Ok(sample.truth.clone());
     }
     if !sample.has_template {
-        return Ok(Maps::empty(canonical.width(), canonical.height()));
+        return Ok(Maps::empty(canonical.size()));
     }
     let expected = template.mesh().vertices().len();
     if sample.vertices_camera.len() != expected {

@@ -46,7 +46,7 @@ pub fn small_compact(camera: &Camera) -> NetworkConfig {
 /// Maps of a tilted plane, `shift` off in u, that ends `cut` pixels (right, below) before it might.
 pub fn plane(shift: f32, cut: [usize; 2]) -> Maps {
     let [width, height] = SIZE;
-    let mut maps = Maps::empty(width, height);
+    let mut maps = Maps::empty((width, height));
     for y in 8..height - 8 - cut[1] {
         for x in 10..width - 10 - cut[0] {
             let uv = [0.2 + shift + x as f32 / 200.0, 0.3 + y as f32 / 160.0];

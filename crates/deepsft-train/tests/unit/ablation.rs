@@ -43,7 +43,7 @@ fn read(network: &Network, sample: &Sample, maps: impl Fn(&NetworkMaps) -> [Tens
     let [registration, depth] = maps(&said).map(values);
     let mask = values(said.mask_logits.clone());
     let (range, pixels) = (network.config().depth_range, mask.len());
-    let mut read = Maps::empty(480, 270);
+    let mut read = Maps::empty((480, 270));
     for pixel in (0..pixels).filter(|&pixel| mask[pixel] >= 0.0) {
         let depth = range.depth_mm_linear(f64::from(depth[pixel]));
         read.set(pixel, depth as f32, [registration[pixel], registration[pixels + pixel]]);
@@ -112,7 +112,7 @@ fn a_network_without_refinement_blocks_has_one_row() {
     let mut executor = network.folded().executor(image.size()).unwrap();
     executor.run(image).unwrap();
     let [only, answer] = [Stage::Main, Stage::RegistrationRefinement].map(|stage| {
-        let mut maps = Maps::empty(image.width(), image.height());
+        let mut maps = Maps::empty(image.size());
         executor.read(stage, None, &mut maps).unwrap();
         maps
     });

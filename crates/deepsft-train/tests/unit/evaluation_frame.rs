@@ -12,7 +12,7 @@ const SIZE: DVec2 = DVec2::new(200.0, 100.0);
 
 /// Maps in which 100 x 100 pixels at the top left are at 400 mm.
 fn predicted() -> Maps {
-    let mut maps = Maps::empty(480, 270);
+    let mut maps = Maps::empty((480, 270));
     for pixel in (0..100).flat_map(|y| (0..100).map(move |x| y * 480 + x)) {
         maps.set(pixel, 400.0, [0.1, 0.2]);
     }

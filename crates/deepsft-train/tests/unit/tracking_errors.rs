@@ -78,7 +78,7 @@ fn the_fraction_in_view_is_counted() {
         .filter(|pixel| pixel % 480 >= 240)
         .for_each(|pixel| half.clear(pixel));
     assert_eq!(
-        [&whole, &half, &Maps::empty(480, 270)].map(print_in_view),
+        [&whole, &half, &Maps::empty((480, 270))].map(print_in_view),
         [1.0, 0.5, 0.0]
     );
 }

@@ -213,7 +213,7 @@ impl TargetFinder {
             (Some(drawn), Start::Maps(seen)) => drawn.within(&seen),
             (None, Start::Maps(seen)) => seen,
             (Some(drawn), Start::Mesh(_)) => drawn,
-            (None, Start::Mesh(_)) => Maps::empty(camera.width(), camera.height()),
+            (None, Start::Mesh(_)) => Maps::empty(camera.size()),
         };
         let judgement = match (&surface, self.target.network()) {
             (Some(surface), _) => Judgement {

@@ -77,10 +77,7 @@ impl FollowedTarget {
         let camera = self.tracker.camera().unwrap_or(self.training_camera);
         let surface = self.tracker.current().surface.as_ref();
         let drawn = surface.map(|surface| surface.maps(self.template.mesh()));
-        (
-            camera,
-            drawn.unwrap_or_else(|| Maps::empty(camera.width(), camera.height())),
-        )
+        (camera, drawn.unwrap_or_else(|| Maps::empty(camera.size())))
     }
 
     /// How well the newest frame confirms its track, if there is one.

@@ -36,8 +36,8 @@ pub fn photograph(template: &Template, vertices: &[DVec3], camera: &Camera) -> P
     let maps = VisibleSurface::new(template.mesh(), vertices, camera).maps();
     let texture = template.texture().halved();
     let size = texture.size().as_dvec2();
-    Picture::from_fn(camera.width(), camera.height(), |x, y| {
-        let pixel = camera.width() * y + x;
+    Picture::from_fn(camera.size().width, camera.size().height, |x, y| {
+        let pixel = camera.size().width * y + x;
         if !maps.inside(pixel) {
             return [(60 + (x / 40 + y / 40) % 2 * 25) as u8; 3];
         }

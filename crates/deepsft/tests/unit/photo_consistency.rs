@@ -13,7 +13,7 @@ fn noise(size: usize, seed: u32) -> Picture {
 
 /// Every pixel sees the texel below it.
 fn identity(size: usize) -> Maps {
-    let mut maps = Maps::empty(size, size);
+    let mut maps = Maps::empty((size, size));
     for pixel in 0..size * size {
         let at = |i: usize| (i as f32 + 0.5) / size as f32;
         maps.set(pixel, 500.0, [at(pixel % size), at(pixel / size)]);
@@ -52,7 +52,7 @@ fn another_picture_is_not_consistent() {
 #[test]
 fn nothing_seen_or_nothing_to_see_has_no_answer() {
     let luminance = TemplateLuminance::new(&blobs());
-    assert_eq!(luminance.consistency(&blobs(), &Maps::empty(96, 96)), None);
+    assert_eq!(luminance.consistency(&blobs(), &Maps::empty((96, 96))), None);
     let flat = TemplateLuminance::new(&Picture::from_fn(96, 96, |_, _| [128; 3]));
     assert_eq!(flat.consistency(&blobs(), &identity(96)), None);
 }

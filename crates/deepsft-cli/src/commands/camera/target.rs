@@ -31,7 +31,7 @@ impl FlatTarget {
             let camera = Camera::typical(picture.size())?;
             let mut view = View::new(picture, &camera);
             let (features, feature_camera) = view.features()?;
-            let scale = camera.width() as f64 / feature_camera.width() as f64;
+            let scale = camera.size().width as f64 / feature_camera.size().width as f64;
             let found = finder.find(features, feature_camera)?;
             let matches = found.iter().flat_map(|found| &found.matches);
             let matches: Vec<_> = matches

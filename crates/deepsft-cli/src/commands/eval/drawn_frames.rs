@@ -214,7 +214,7 @@ mod tests {
 
     /// A frame whose answer is its truth, and a result of an error. Every fifth does not show the object.
     fn frame(index: u64, error: Option<f64>, measured: bool) -> (EvaluationFrame, Estimate, FrameResult) {
-        let mut maps = Maps::empty(480, 270);
+        let mut maps = Maps::empty((480, 270));
         for pixel in (0..200).flat_map(|y| (0..300).map(move |x| y * 480 + x)) {
             let uv = [(pixel % 480) as f32 / 300.0, (pixel / 480) as f32 / 200.0];
             maps.set(pixel, 400.0, uv);
@@ -341,7 +341,7 @@ mod tests {
     #[test]
     fn the_depth_error_is_drawn_of_the_compared_maps_where_the_models_own_mask_has_nothing() {
         let (frame, mut estimate, result) = frame(0, Some(1.0), true);
-        let compared = std::mem::replace(&mut estimate.maps, Maps::empty(480, 270));
+        let compared = std::mem::replace(&mut estimate.maps, Maps::empty((480, 270)));
         let mut frame = Frame::new(&frame, &estimate, &compared, &result);
         frame.truth = compared;
         for panels in [columns_of_the_worst, columns_of_the_paper].map(|of| of(&frame, &template(), &training_camera()))

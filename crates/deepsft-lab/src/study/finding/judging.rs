@@ -176,7 +176,7 @@ impl<'a> Studied<'a> {
 /// The camera of the frames, and how they are made.
 fn frames_config() -> Result<(Camera, SynthConfig)> {
     let canonical = training_camera();
-    let camera = canonical.resized((2 * canonical.width(), 2 * canonical.height()))?;
+    let camera = canonical.resized((2 * canonical.size().width, 2 * canonical.size().height))?;
     let default = SynthConfig::default();
     let config = SynthConfig {
         camera,

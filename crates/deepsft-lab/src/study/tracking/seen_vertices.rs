@@ -17,12 +17,13 @@ pub fn seen_vertices(template: &Template, vertices_camera: &[DVec3], truth: &Map
             let Some(pixel) = camera.project(*p).map(DVec2::floor) else {
                 return false;
             };
-            let inside =
-                pixel.cmpge(DVec2::ZERO).all() && pixel.x < camera.width() as f64 && pixel.y < camera.height() as f64;
+            let inside = pixel.cmpge(DVec2::ZERO).all()
+                && pixel.x < camera.size().width as f64
+                && pixel.y < camera.size().height as f64;
             if !inside {
                 return false;
             }
-            let at = pixel.y as usize * truth.width() + pixel.x as usize;
+            let at = pixel.y as usize * truth.size().width + pixel.x as usize;
             let [u, v] = truth.registration()[at].map(f64::from);
             truth.inside(at) && ((DVec2::new(u, v) - *uv).abs() / near).max_element() < 1.0
         })

@@ -79,7 +79,7 @@ impl Occluder {
                 (origin, Vec2::from_angle(turn).rotate(inwards), scale)
             }
             Anchor::Image(fraction) => {
-                let size = Vec2::new(sheet.camera.width() as f32, sheet.camera.height() as f32);
+                let size = Vec2::new(sheet.camera.size().width as f32, sheet.camera.size().height as f32);
                 (fraction * size, Vec2::X, 1.0)
             }
             Anchor::Inside { fraction, direction } => {

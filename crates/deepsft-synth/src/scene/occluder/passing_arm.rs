@@ -57,7 +57,7 @@ impl PassingArm {
     /// sheet at `depth_mm`.
     pub(crate) fn place(&self, progress: f64, camera: &Camera, depth_mm: f64) -> ImageOccluder {
         let scale = camera.focal().x as f32 / (depth_mm as f32 * self.nearer);
-        let image = Vec2::new(camera.width() as f32, camera.height() as f32);
+        let image = Vec2::new(camera.size().width as f32, camera.size().height as f32);
         let slant = self.slant * image.y;
         // Fist and elbow, with their radii, are outside at both ends of the way.
         let reach = self.fist_mm.max(self.elbow_mm) * scale + slant.abs() + 2.0;

@@ -181,7 +181,7 @@ mod tests {
                 );
                 reach = reach.max(low);
                 let mut frame = Frame::filled(480, 270, Vec3::ZERO);
-                let mut truth = Maps::empty(480, 270);
+                let mut truth = Maps::empty((480, 270));
                 placed.paint_front(&mut frame, &mut truth, &Lighting::frontal(), &camera);
                 // Pixels that are covered whole: their centre is half a diagonal or more inside.
                 let figure = &placed.front[0].figure;
