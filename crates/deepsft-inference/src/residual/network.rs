@@ -15,7 +15,7 @@ pub(crate) struct ResidualPlan {
     pub(crate) outputs: Vec<MapId>,
 }
 
-/// STRIDE and up-sampling of the first block of a stack.
+/// Stride and up-sampling of the first block of a stack.
 type Resizing = (usize, usize);
 const KEPT: Resizing = (1, 1);
 const STRIDE: Resizing = (2, 1);

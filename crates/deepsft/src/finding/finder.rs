@@ -72,7 +72,7 @@ impl Finder {
     ///
     /// # Errors
     /// [`GeometryError::NotASheet`](deepsft_geometry::GeometryError::NotASheet) for a template that is no sheet and has no network: nothing
-    /// could find it.
+    /// could find it. [`TemplateError::PrintSize`](deepsft_geometry::TemplateError::PrintSize) for a print of under 5 mm or over 20 m.
     pub fn all(target: &Target) -> Result<Vec<Self>, DeepSftError> {
         let network = target.network().cloned();
         let mut finders: Vec<Self> = network.map(Box::new).map(Self::Network).into_iter().collect();

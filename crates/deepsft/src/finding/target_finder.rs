@@ -39,7 +39,7 @@ impl TargetFinder {
     /// Prepares the finders that `target` can have, [`Finder::all`].
     ///
     /// # Errors
-    /// As there.
+    /// As there, [`TemplateError::PrintSize`](deepsft_geometry::TemplateError::PrintSize) among them.
     pub fn new(target: Target) -> Result<Self, DeepSftError> {
         let finders = Finder::all(&target)?;
         Ok(Self::with_finders(target, finders))
