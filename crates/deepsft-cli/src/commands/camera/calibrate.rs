@@ -10,7 +10,7 @@ use crate::object_choice::printed;
 use crate::video::Video;
 use anyhow::{Context, Result, anyhow, bail};
 use clap::Args;
-use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use deepsft::encode_png;
 use deepsft_calibration::{
     Calibration, CalibrationError, CameraModel, CameraParameter, CornerDetector, Correspondence, calibrate,
@@ -86,10 +86,20 @@ struct TargetChoice {
     template: Option<PathBuf>,
 }
 
+/// What is solved for in each of [`CameraModel::NAMED`].
+const MODEL_HELP: [&str; CameraModel::NAMED.len()] = [
+    "One focal length; the principal point is the centre",
+    "fx, fy, cx, cy",
+    "... and k1, k2",
+    "... and k1, k2, p1, p2, k3",
+    "fx, fy, cx, cy and the k1, k2, k3, k4 of OpenCV's fisheye",
+];
+
 /// A camera model by its name.
 fn model() -> impl TypedValueParser<Value = CameraModel> {
     let named = |name: String| CameraModel::NAMED.into_iter().find(|(known, _)| *known == name);
-    PossibleValuesParser::new(CameraModel::NAMED.map(|(name, _)| name))
+    let described = CameraModel::NAMED.into_iter().zip(MODEL_HELP);
+    PossibleValuesParser::new(described.map(|((name, _), help)| PossibleValue::new(name).help(help)))
         .try_map(move |name| named(name).map(|(_, model)| model).ok_or("no such model"))
 }
 
