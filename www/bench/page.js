@@ -145,7 +145,7 @@ async function measureMesh(sft, camera) {
     const follow = (timeS, k, asked) =>
       tracker.follow({ timeS, afresh: timeS === 0, frame: copy(clip[k]), intrinsics, question: asked ? question : null });
     const answer = (vertices) =>
-      tracker.answer({ answers: [{ id: 0, sightings: [vertices.slice()] }], sinceMissedMs: Infinity });
+      tracker.answer({ answers: [{ id: 0, sightings: [vertices.slice()] }], tookMs: 0, sinceMissedMs: Infinity });
     for (const k of numbers) {
       await follow(0, k, true);
       const { effects: [{ effect }], answerMs } = await answer(answers[k]);

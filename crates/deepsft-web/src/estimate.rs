@@ -27,7 +27,7 @@ export interface RawEstimate {
   /** How well the image agrees with the template seen through the registration, 0 to 1. */
   confidence: number;
   /** The name of the finder that gave the maps. */
-  by: string | null;
+  by: "network" | "features" | null;
   /** The mesh of the maps, where one was fitted on the way. */
   fitted: RawMesh | null;
   /** Milliseconds of the canonical warp, the network (with its read-back), the judgement, and of finding by features, the fit included. */
@@ -39,7 +39,10 @@ export interface RawEstimate {
 pub fn estimate_object(estimate: &Estimate, times: EstimateTimes, features_ms: f64) -> Object {
     let maps = &estimate.maps;
     let mask: Vec<u8> = maps.mask().into_iter().map(u8::from).collect();
-    let fitted = estimate.surface.as_ref();
+    let registration = Float32Array::from(maps.registration().as_flattened());
+    let canonical = Uint8ClampedArray::from(rgba(&estimate.canonical).as_slice());
+    let surface = estimate.surface.as_ref();
+    let fitted = surface.map(|surface| mesh_object(surface, maps, 0.0));
     let times = object([
         ("warpMs", times.warp_ms.into()),
         ("networkMs", times.network_ms.into()),
@@ -50,22 +53,13 @@ pub fn estimate_object(estimate: &Estimate, times: EstimateTimes, features_ms: f
         ("width", (maps.size().width as u32).into()),
         ("focal", estimate.canonical_camera.focal().x.into()),
         ("depth", Float32Array::from(maps.depth()).into()),
-        (
-            "registration",
-            Float32Array::from(maps.registration().as_flattened()).into(),
-        ),
+        ("registration", registration.into()),
         ("mask", Uint8Array::from(mask.as_slice()).into()),
-        (
-            "canonical",
-            Uint8ClampedArray::from(rgba(&estimate.canonical).as_slice()).into(),
-        ),
+        ("canonical", canonical.into()),
         ("found", estimate.judgement.found.into()),
         ("confidence", estimate.judgement.confidence.into()),
         ("by", estimate.by.map_or(JsValue::NULL, |by| by.name().into())),
-        (
-            "fitted",
-            fitted.map_or(JsValue::NULL, |surface| mesh_object(surface, maps, 0.0).into()),
-        ),
+        ("fitted", fitted.map_or(JsValue::NULL, JsValue::from)),
         ("times", times.into()),
     ])
 }

@@ -35,13 +35,11 @@ pub fn surface_object(surface: &Surface) -> Object {
 
 /// A surface and its maps: a plain object, the `RawMesh` of TypeScript. Its arrays belong to JavaScript.
 pub fn mesh_object(surface: &Surface, maps: &Maps, solve_ms: f64) -> Object {
+    let registration = Float32Array::from(maps.registration().as_flattened());
     object([
         ("surface", surface_object(surface).into()),
         ("depth", Float32Array::from(maps.depth()).into()),
-        (
-            "registration",
-            Float32Array::from(maps.registration().as_flattened()).into(),
-        ),
+        ("registration", registration.into()),
         ("solveMs", solve_ms.into()),
     ])
 }

@@ -168,19 +168,21 @@ impl MeshTracker {
         })
     }
 
-    /// Where finders see the targets in the frame that they were asked about. The page last missed a frame `since_missed_ms` ago.
+    /// Where finders see the targets in the frame that they were asked about. It took them `took_ms`, and the page last missed a frame
+    /// `since_missed_ms` ago.
     ///
     /// Resolves to what the tracker makes of it, and what the next frame is for. Rejects with an `Error` whose `code` is `image-unreadable`
     /// or `internal`.
     #[wasm_bindgen(
         unchecked_return_type = "Promise<{ effects: { id: number, effect: \"started\" | \"confirmed\" | \"restarted\" | \"dropped\" | \"ignored\" }[], next: { focal: number, intervalMs: number, question: { ids: number[], onlyConfirms: boolean } | null } | null }>"
     )]
-    pub fn answer(&self, answers: Vec<RawAnswer>, since_missed_ms: f64) -> Promise {
+    pub fn answer(&self, answers: Vec<RawAnswer>, took_ms: f64, since_missed_ms: f64) -> Promise {
         let core = Rc::clone(&self.core);
         settle::promise(async move {
             let answers = answers.iter().map(answer_from).collect::<Vec<Answer>>();
             let core = &mut *core.borrow_mut();
-            let heard = core.session.answer(&answers, now_s(), since_missed_ms / 1000.0);
+            let [took_s, since_missed_s] = [took_ms, since_missed_ms].map(|ms| ms / 1000.0);
+            let heard = core.session.answer(&answers, now_s(), took_s, since_missed_s);
             let effects = heard.map_err(|error| Failure::of_frame(&error, false))?;
             let effect =
                 |effect: &Effect| object([("id", effect.target.into()), ("effect", effect.update.name().into())]);

@@ -9,7 +9,7 @@ import { addSource } from "../targets/add-source.js";
 import { probeWebGpu } from "./webgpu.js";
 
 /** @import { RawEstimate as EngineEstimate } from "../../pkg/deepsft_web.js" */
-/** @import { EngineInfo, EstimateRequest, FinderName, FindRequest, MeshRequest, PhotographRequest, RawEstimate, RawFinding, RawMesh, ScanRequest, StartRequest, TargetDescription, TargetRequest } from "./engine-worker.js" */
+/** @import { EngineInfo, EstimateRequest, FindRequest, MeshRequest, PhotographRequest, RawEstimate, RawFinding, RawMesh, ScanRequest, StartRequest, TargetDescription, TargetRequest } from "./engine-worker.js" */
 /** @import { RawScan } from "../targets/scan.js" */
 
 /** Number of the model's target. */
@@ -163,9 +163,8 @@ function read(frame) {
  */
 function carried(raw, bitmap, readMs) {
   const { depth, registration, mask, canonical } = raw;
-  const by = /** @type {FinderName | null} */ (raw.by);
   return {
-    value: { ...raw, by, fitted: raw.found ? raw.fitted : null, readMs, bitmap },
+    value: { ...raw, fitted: raw.found ? raw.fitted : null, readMs, bitmap },
     transfer: [...[depth, registration, mask, canonical].map(({ buffer }) => buffer), ...(bitmap ? [bitmap] : [])],
   };
 }

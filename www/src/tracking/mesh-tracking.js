@@ -300,13 +300,14 @@ export class MeshTracking {
       question.canonical?.close();
       return question.frame.close();
     }
+    const began = performance.now();
     try {
       const { answers, estimate } = await find(question);
       if (this.#stopped) return estimate?.close();
       const now = performance.now();
       if (Number.isFinite(this.#answeredAt)) this.#networkFps = 1000 / (now - this.#answeredAt);
       this.#answeredAt = now;
-      const heard = tracker.answer({ answers, sinceMissedMs: now - this.#frames.missedAt });
+      const heard = tracker.answer({ answers, tookMs: now - began, sinceMissedMs: now - this.#frames.missedAt });
       // Should the callback throw, nobody waits for this any more.
       heard.catch(() => undefined);
       if (estimate && number < this.#viewBegan) estimate.close();

@@ -67,10 +67,10 @@ export async function follow({ timeS, afresh = false, frame, intrinsics, source,
  * @param {AnswerRequest} request
  * @returns {Promise<{ value: { effects: AnswerEffect[], next: NextFrame | null, answerMs: number }, transfer: Transferable[] }>}
  */
-export async function answer({ answers, sinceMissedMs }) {
+export async function answer({ answers, tookMs, sinceMissedMs }) {
   const tracker = await started();
   const began = performance.now();
-  const { effects, next } = await tracker.answer(answers, sinceMissedMs);
+  const { effects, next } = await tracker.answer(answers, tookMs, sinceMissedMs);
   return { value: { effects, next, answerMs: performance.now() - began }, transfer: [] };
 }
 

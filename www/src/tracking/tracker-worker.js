@@ -39,7 +39,7 @@ import { WorkerCalls } from "../engine/worker-calls.js";
  * @typedef {{ focal: number, intervalMs: number, question: FinderQuestion | null }} NextFrame
  */
 
-/** What the finders say, and how long ago a frame was missed. @typedef {{ answers: RawAnswer[], sinceMissedMs: number }} AnswerRequest */
+/** What the finders say, how long that took, and how long ago a frame was missed. @typedef {{ answers: RawAnswer[], tookMs: number, sinceMissedMs: number }} AnswerRequest */
 
 /**
  * What the tracker made of an answer for a target.

@@ -116,7 +116,7 @@ test("the tracker follows the browser's canonical image as it follows the whole 
           const question = number === 0 ? { ids: [0], onlyConfirms: false } : null;
           const { targets, readMs, times: { warpMs } } = await tracker.follow({ timeS: number / 30, frame, intrinsics, question });
           const answers = [{ id: 0, sightings: [vertices.slice()] }];
-          if (question) await tracker.answer({ answers, sinceMissedMs: Infinity });
+          if (question) await tracker.answer({ answers, tookMs: 10, sinceMissedMs: Infinity });
           else meshes.push([...targets[0].surface.vertices]);
           times.push(readMs + warpMs);
         }

@@ -98,7 +98,7 @@ test("the tracker follows a clip as the native one does", { timeout: SLOW_MS }, 
           if (estimate) {
             const { vertices } = await estimate.completeMesh();
             const answers = [{ id: 0, sightings: [vertices] }];
-            verdict = (await tracker.answer({ answers, sinceMissedMs: Infinity })).effects[0].effect;
+            verdict = (await tracker.answer({ answers, tookMs: 100, sinceMissedMs: Infinity })).effects[0].effect;
           }
           const [{ surface }] = tracked.targets;
           meshes.push(surface && [...surface.vertices]);

@@ -26,7 +26,7 @@ export declare function follow({ timeS, afresh, frame, intrinsics, source, focal
  * @param {AnswerRequest} request
  * @returns {Promise<{ value: { effects: AnswerEffect[], next: NextFrame | null, answerMs: number }, transfer: Transferable[] }>}
  */
-export declare function answer({ answers, sinceMissedMs }: AnswerRequest): Promise<{
+export declare function answer({ answers, tookMs, sinceMissedMs }: AnswerRequest): Promise<{
     value: {
         effects: AnswerEffect[];
         next: NextFrame | null;

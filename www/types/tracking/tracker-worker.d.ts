@@ -56,6 +56,7 @@ export type NextFrame = {
 };
 export type AnswerRequest = {
     answers: RawAnswer[];
+    tookMs: number;
     sinceMissedMs: number;
 };
 export type AnswerEffect = {
@@ -125,7 +126,7 @@ export type RawTracked = {
  *
  * @typedef {{ focal: number, intervalMs: number, question: FinderQuestion | null }} NextFrame
  */
-/** What the finders say, and how long ago a frame was missed. @typedef {{ answers: RawAnswer[], sinceMissedMs: number }} AnswerRequest */
+/** What the finders say, how long that took, and how long ago a frame was missed. @typedef {{ answers: RawAnswer[], tookMs: number, sinceMissedMs: number }} AnswerRequest */
 /**
  * What the tracker made of an answer for a target.
  *

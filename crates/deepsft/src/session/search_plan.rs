@@ -49,6 +49,8 @@ struct Searched {
     followed: Option<f64>,
     /// When it was last looked for in this video.
     asked_s: f64,
+    /// How many searches there had been when it was last looked for, this one included.
+    turn: u64,
 }
 
 /// Searches take about as long when they only confirm, or not, and look for so many targets with a network and without.
@@ -60,6 +62,7 @@ impl SearchPlan {
             can_deny,
             followed: None,
             asked_s: f64::NEG_INFINITY,
+            turn: 0,
         };
         self.targets.insert(id, searched);
     }
@@ -98,7 +101,7 @@ impl SearchPlan {
         searched.followed = followed;
     }
 
-    /// Another video begins, whose clock may be another: nothing was looked for in it yet.
+    /// Another video begins, whose clock may be another: nothing was looked for in it yet. The targets keep their turns.
     pub(super) fn restart(&mut self) {
         self.rest_until_s = f64::NEG_INFINITY;
         for searched in self.targets.values_mut() {
@@ -112,7 +115,7 @@ impl SearchPlan {
             return Vec::new();
         }
         let mut in_turn: Vec<_> = self.targets.iter().collect();
-        in_turn.sort_by(|(_, a), (_, b)| a.asked_s.total_cmp(&b.asked_s));
+        in_turn.sort_by_key(|(_, searched)| searched.turn);
         let misses_some = self.misses_some();
         let is_due = |searched: &Searched| {
             searched.followed.is_some_and(|correlation| {
@@ -128,9 +131,10 @@ impl SearchPlan {
 
     /// The finders look for the targets `ids` now.
     pub(super) fn asked(&mut self, ids: &[TargetId], now_s: f64) {
+        let last = self.targets.values().map(|searched| searched.turn).max();
         for id in ids {
             if let Some(searched) = self.targets.get_mut(id) {
-                searched.asked_s = now_s;
+                (searched.asked_s, searched.turn) = (now_s, last.unwrap_or(0) + 1);
             }
         }
     }

@@ -79,8 +79,8 @@ pub struct VideoFollower<'a> {
     clock_ms: Box<dyn Fn() -> f64 + Send + 'a>,
     delay: u64,
     focal_deviation: f64,
-    /// What the finders make of a frame, and the frame with which it is known.
-    pending: Option<(u64, Vec<Sighting>)>,
+    /// What the finders make of a frame, when it was asked for, seconds, and the frame with which it is known.
+    pending: Option<(u64, f64, Vec<Sighting>)>,
     frame: u64,
 }
 
@@ -154,7 +154,7 @@ impl<'a> VideoFollower<'a> {
             let start = (self.clock_ms)();
             let (sightings, _) = self.finder.find(image, &next.view).await?;
             times.finding = Some((self.clock_ms)() - start);
-            self.pending = Some((frame + self.delay, sightings));
+            self.pending = Some((frame + self.delay, time_s, sightings));
             if let Some(at_once) = self.hand_in(frame, time_s, &mut times)? {
                 detection = Some(at_once);
                 let told = std::mem::replace(&mut targets, self.session.followed());
@@ -182,7 +182,7 @@ impl<'a> VideoFollower<'a> {
 
     /// Hands the answer in that is due with `frame`, if there is one.
     fn hand_in(&mut self, frame: u64, time_s: f64, times: &mut FrameTimes) -> Result<Option<Detection>, DeepSftError> {
-        let Some((_, sightings)) = self.pending.take_if(|(due, _)| *due <= frame) else {
+        let Some((_, asked_s, sightings)) = self.pending.take_if(|(due, ..)| *due <= frame) else {
             return Ok(None);
         };
         let start = (self.clock_ms)();
@@ -191,7 +191,8 @@ impl<'a> VideoFollower<'a> {
             .map(|sighting| (sighting.by, sighting.vertices_camera))
             .unzip();
         let answer = Answer { target: TARGET, starts };
-        let effects = self.session.answer(&[answer], time_s, f64::INFINITY)?;
+        let took_s = (time_s - asked_s).max(0.0);
+        let effects = self.session.answer(&[answer], time_s, took_s, f64::INFINITY)?;
         times.catch_up = Some((self.clock_ms)() - start);
         Ok(effects.first().map(|effect| Detection {
             of_frame: effect.of_frame,

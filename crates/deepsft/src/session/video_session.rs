@@ -124,7 +124,6 @@ impl Session {
 
     /// The finders are asked about the next frame now. No other question comes until it is answered.
     pub fn ask(&mut self, question: Question, now_s: f64) {
-        self.plan.asked(&question.targets, now_s);
         self.asked = Some(Asked {
             frame: self.number,
             at_s: now_s,
@@ -146,18 +145,19 @@ impl Session {
         view: &Camera,
         image: &mut View<'_>,
     ) -> Result<FollowedFrame, DeepSftError> {
-        if self
-            .last
-            .is_some_and(|(last_s, last)| time_s <= last_s || !view.is_zoom_of(&last))
-        {
+        let is_other = |(last_s, last): (f64, Camera)| time_s <= last_s || !view.is_zoom_of(&last);
+        if self.last.is_some_and(is_other) {
             self.restart();
         }
         let afresh = self.last.replace((time_s, *view)).is_none();
         let number = self.number;
         self.number += 1;
-        let is_searched = self.asked.as_ref().is_some_and(|asked| asked.frame == number);
-        self.view
-            .take(&source.camera, view, self.plan.follows_some(), is_searched);
+        let searched = self.asked.as_ref().filter(|asked| asked.frame == number);
+        if let Some(Asked { at_s, question, .. }) = searched {
+            self.plan.asked(&question.targets, *at_s);
+        }
+        let follows_some = self.plan.follows_some();
+        self.view.take(&source.camera, view, follows_some, searched.is_some());
         let is_other_camera = self.focal.begins(source);
         let mut calibrated: Option<CalibratedCamera> = None;
         // Targets share the canonical image.
@@ -205,37 +205,39 @@ impl Session {
         self.targets.iter_mut().map(|(id, target)| target.tell(*id)).collect()
     }
 
-    /// Takes the answer to the last question at `now_s`, by the clock by which it was asked; the caller last missed a frame `since_missed_s`
-    /// ago, infinite if it never did. Targets without an answer, and those that are followed no longer, are left as they are.
+    /// Takes the answer to the last question at `now_s`, by the clock by which it was asked. The finders took `took_s` for it, and the caller
+    /// last missed a frame `since_missed_s` ago, infinite if it never did. Targets without an answer, and those that are followed no longer,
+    /// are left as they are.
     ///
     /// # Errors
     /// [`DeepSftError::Geometry`] when a start does not have the vertices of its template.
-    pub fn answer(&mut self, answers: &[Answer], now_s: f64, since_missed_s: f64) -> Result<Vec<Effect>, DeepSftError> {
-        let Some(Asked {
-            frame: of_frame,
-            at_s,
-            question,
-        }) = self.asked.take()
-        else {
+    pub fn answer(
+        &mut self,
+        answers: &[Answer],
+        now_s: f64,
+        took_s: f64,
+        since_missed_s: f64,
+    ) -> Result<Vec<Effect>, DeepSftError> {
+        let Some(asked) = self.asked.take() else {
             return Ok(Vec::new());
         };
-        self.took_s = (now_s - at_s).max(0.0);
+        self.took_s = took_s;
         let newest_s = self.last.map_or(0.0, |(time_s, _)| time_s);
         let mut effects = Vec::new();
         for Answer { target: id, starts } in answers {
             let Some(target) = self.targets.get_mut(id) else {
                 continue;
             };
-            let (update, start) = target.answer(of_frame, starts, newest_s)?;
+            let (update, start) = target.answer(asked.frame, starts, newest_s)?;
             self.plan.tracked(*id, target.correlation());
             effects.push(Effect {
                 target: *id,
-                of_frame,
+                of_frame: asked.frame,
                 update,
                 start,
             });
         }
-        self.plan.took(&question, now_s, self.took_s, since_missed_s);
+        self.plan.took(&asked.question, now_s, took_s, since_missed_s);
         Ok(effects)
     }
 

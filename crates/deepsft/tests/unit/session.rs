@@ -64,7 +64,7 @@ impl Video {
     fn answer(&mut self, target: TargetId, starts: Vec<Vec<DVec3>>) -> TrackUpdate {
         let effects = self
             .session
-            .answer(&[Answer { target, starts }], self.time_s(), f64::INFINITY)
+            .answer(&[Answer { target, starts }], self.time_s(), FRAME_S, f64::INFINITY)
             .unwrap();
         effects.first().map_or(TrackUpdate::Ignored, |effect| effect.update)
     }
@@ -109,7 +109,8 @@ fn frames_come_no_faster_than_the_trackers_remember_them_until_an_answer_and_a_v
         let camera = video.source.camera;
         let question = video.session.next(&camera, 100.0).question.unwrap();
         video.session.ask(question, 100.0);
-        video.session.answer(&[], 100.0 + took_s, f64::INFINITY).unwrap();
+        let answered = video.session.answer(&[], 100.0 + took_s, took_s, f64::INFINITY);
+        assert!(answered.unwrap().is_empty());
         let next = video.session.next(&camera, 200.0);
         assert!((next.interval_s - interval_s).abs() < 1e-12, "{took_s}: {next:?}");
     }
@@ -218,11 +219,61 @@ fn a_rest_of_the_finders_ends_when_the_target_is_removed_that_they_rest_for() {
     let starts = vec![seen];
     let answer = Answer { target: SHEET, starts };
     // A frame was missed meanwhile: they rest for 1.2 times the second that the answer took.
-    video.session.answer(&[answer], 1.0, 0.0).unwrap();
+    video.session.answer(&[answer], 1.0, 1.0, 0.0).unwrap();
     video.frame = 31;
     assert!(video.look(&picture).1.is_empty());
     video.session.remove(SHEET);
     assert_eq!(video.look(&picture).1, [OTHER]);
+}
+
+/// The tracker follows the frame that was asked about meanwhile, and more: that tells nothing of the device.
+#[test]
+fn searches_of_8_ms_do_not_slow_down_where_their_answers_come_40_ms_after_their_frames() {
+    const OTHER: TargetId = 5;
+    let mut video = Video::new(SessionOptions::default());
+    let other = Template::thin_shell(noise(), 297.0, 167.0).unwrap();
+    video.session.add(OTHER, &other, training_camera(), false).unwrap();
+    let (picture, seen) = video.sheet(480.0);
+    video.look(&picture);
+    assert_eq!(video.answer(SHEET, vec![seen]), TrackUpdate::Started);
+    for late_s in [0.008, 0.04, 0.04, 0.04, 0.04] {
+        let asked_s = video.time_s();
+        assert_eq!(video.look(&picture).1, [OTHER], "at {asked_s} s");
+        let answered = video.session.answer(&[], asked_s + late_s, 0.008, f64::INFINITY);
+        assert!(answered.unwrap().is_empty());
+        // Every second frame.
+        video.frame += 1;
+    }
+}
+
+/// Where a question that was asked about the first frame of another view was forgotten, a third target was never looked for.
+#[test]
+fn missing_targets_keep_their_turns_while_someone_turns_the_camera() {
+    let mut video = Video::new(SessionOptions::default());
+    for id in [5, 7] {
+        let other = Template::thin_shell(noise(), 297.0, 167.0).unwrap();
+        video.session.add(id, &other, training_camera(), false).unwrap();
+    }
+    let [level, upright] = [noise(), Picture::from_fn(270, 480, |_, _| [90; 3])];
+    let camera = training_camera().resized((480, 270)).unwrap();
+    let mut asked = |is_turned: bool| {
+        let (camera, picture) = match is_turned {
+            true => (camera.turned_anticlockwise(), &upright),
+            false => (camera, &level),
+        };
+        video.source = camera.into();
+        let (frame, asked) = video.look(picture);
+        // So slow that one at a time is enough.
+        video.frame += 26;
+        let answered = video.session.answer(&[], video.time_s(), 0.9, f64::INFINITY);
+        assert!(answered.unwrap().is_empty());
+        (frame.afresh, asked)
+    };
+    assert_eq!(asked(false), (true, vec![SHEET, 5, 7]));
+    assert_eq!(asked(false), (false, vec![SHEET]));
+    let turned = [true, false, false, true, false].map(&mut asked);
+    let expected = [(true, 5), (true, 7), (false, SHEET), (true, 5), (true, 7)];
+    assert_eq!(turned, expected.map(|(afresh, id)| (afresh, vec![id])));
 }
 
 #[test]
