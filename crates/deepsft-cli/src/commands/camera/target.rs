@@ -6,12 +6,15 @@ use deepsft::features::FeatureFinder;
 use deepsft_calibration::{CornerDetector, Correspondence, MIN_CORRESPONDENCES, refine_print};
 use deepsft_geometry::{Camera, Picture, Template};
 
+/// Detects the points that a photograph shows. `None` where it does not show enough of the target.
+type Detect = Box<dyn FnMut(&Picture) -> Result<Option<Vec<Correspondence>>>>;
+
 /// What is looked for.
 pub struct FlatTarget {
     /// What it is, for people.
     pub name: &'static str,
-    /// Detects the points that a photograph shows. `None` where it does not show enough of the target.
-    pub detect: Box<dyn FnMut(&Picture) -> Result<Option<Vec<Correspondence>>>>,
+    /// How it is seen in a photograph.
+    pub detect: Detect,
 }
 
 impl FlatTarget {
