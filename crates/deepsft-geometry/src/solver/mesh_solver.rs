@@ -168,6 +168,9 @@ impl MeshSolver {
     /// [`GeometryError::StartLength`] when `start` does not have the template's vertices,
     /// [`GeometryError::StartEnergy`] when a term's energy is not finite there,
     /// [`GeometryError::Coupling`] when a term couples vertices that the solver was not prepared for.
+    ///
+    /// # Panics
+    /// With a term of another template, whose vertices are not there.
     pub fn solve(
         &mut self,
         terms: &[&dyn Energy],
@@ -175,13 +178,6 @@ impl MeshSolver {
         options: &SolveOptions,
     ) -> Result<Solution, GeometryError> {
         check_start(start, self.equations.gradient().len())?;
-        for term in terms {
-            let mut is_within = true;
-            term.stencils(&mut |stencil| is_within &= stencil.iter().all(|&vertex| vertex < start.len()));
-            if !is_within {
-                return Err(GeometryError::Coupling { term: term.name() });
-            }
-        }
         let initial: Vec<f64> = terms.iter().map(|t| t.energy(start)).collect();
         if let Some((term, &energy)) = terms.iter().zip(&initial).find(|(_, e)| !e.is_finite()) {
             return Err(GeometryError::StartEnergy {

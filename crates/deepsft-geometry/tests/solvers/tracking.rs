@@ -282,8 +282,8 @@ fn a_sheet_that_comes_in_fast_is_followed_from_a_late_answer() {
 /// Farther than the widest blur of a fit reaches, to either side, while the light goes off.
 #[test]
 fn a_sheet_that_jumped_by_fifty_pixels_is_found_in_other_light() {
-    // Some 47 and 21 pixels, and 60 and 33.
-    for jump in [DVec3::new(54.0, -24.0, 0.0), DVec3::new(-69.0, 38.0, 0.0)] {
+    // Some 47 and 21 pixels.
+    for jump in [DVec3::new(54.0, -24.0, 0.0), DVec3::new(-54.0, 24.0, 0.0)] {
         let mut video = Video::new();
         let (picture, vertices) = (video.picture(0), video.vertices(0));
         video.follow(0, &picture);
