@@ -34,8 +34,8 @@ struct Count {
     failed: u64,
 }
 
-/// Runs all checks, the later ones also after a failure. Those of the crates and those of the page run side by side: a page waits most of
-/// its time for frames.
+/// Runs all checks, the later ones also after a failure. What is built for the crates and for the page is built side by side, and the
+/// browsers are tested side by side: their pages wait for frames most of the time.
 ///
 /// # Errors
 /// When a check fails, after the closing table.
@@ -86,33 +86,26 @@ pub fn run(root: &Path, mode: Mode) -> Result<()> {
             counted(tools::npm(root).args(["run", "check"]))
         });
     });
-    // Only now: tests in browsers wait for time to pass, and compilers would leave them none.
+    // One after the other: a program in a browser is judged by its time, and tests of the crates take both of two cores.
+    check("tests of the crates", &|| counted(&mut cargo(&tests)));
+    if fuzz::HERE {
+        check("fuzzing", &|| fuzz::check(root, FUZZING_S).map(passed));
+    }
+    check("program for the browsers", &|| build_program(root).map(passed));
     thread::scope(|scope| {
-        scope.spawn(|| {
-            // The browsers' programs go first: what they show is judged by its time.
-            #[cfg(target_os = "linux")]
-            if let Err(error) = rustix::process::nice(19) {
-                eprintln!("this thread cannot let others go first: {error}");
-            }
-            check("tests of the crates", &|| counted(&mut cargo(&tests)));
-            if fuzz::HERE {
-                check("fuzzing", &|| fuzz::check(root, FUZZING_S).map(passed));
-            }
-        });
-        check("tests in the browser", &|| {
-            build_program(root)?;
-            counted(&mut in_browsers(root, &["test"])?)
-        });
         if LINUX {
-            check("Firefox and WebKit", &|| {
-                // The program is there from the check before. WebKitGTK's player is not steady enough for a check of every change.
-                let mut tests = engine_tests(root)?;
-                counted(tests.envs([
-                    ("DEEPSFT_ENGINES", "firefox,webkit"),
-                    ("DEEPSFT_CLIP_ENGINES", "firefox"),
-                ]))
+            scope.spawn(|| {
+                check("Firefox and WebKit", &|| {
+                    // WebKitGTK's player is not steady enough for a check of every change.
+                    let mut tests = engine_tests(root)?;
+                    counted(tests.envs([
+                        ("DEEPSFT_ENGINES", "firefox,webkit"),
+                        ("DEEPSFT_CLIP_ENGINES", "firefox"),
+                    ]))
+                });
             });
         }
+        check("tests in Chromium", &|| counted(&mut in_browsers(root, &["test"])?));
     });
 
     println!();
