@@ -34,8 +34,7 @@ struct Count {
     failed: u64,
 }
 
-/// Runs all checks, the later ones also after a failure. What is built for the crates and for the page is built side by side, and the
-/// browsers are tested side by side: their pages wait for frames most of the time.
+/// Runs all checks, the later ones also after a failure. What is built for the crates and for the page is built side by side.
 ///
 /// # Errors
 /// When a check fails, after the closing table.
@@ -92,21 +91,17 @@ pub fn run(root: &Path, mode: Mode) -> Result<()> {
         check("fuzzing", &|| fuzz::check(root, FUZZING_S).map(passed));
     }
     check("program for the browsers", &|| build_program(root).map(passed));
-    thread::scope(|scope| {
-        if LINUX {
-            scope.spawn(|| {
-                check("Firefox and WebKit", &|| {
-                    // WebKitGTK's player is not steady enough for a check of every change.
-                    let mut tests = engine_tests(root)?;
-                    counted(tests.envs([
-                        ("DEEPSFT_ENGINES", "firefox,webkit"),
-                        ("DEEPSFT_CLIP_ENGINES", "firefox"),
-                    ]))
-                });
-            });
-        }
-        check("tests in Chromium", &|| counted(&mut in_browsers(root, &["test"])?));
-    });
+    check("tests in Chromium", &|| counted(&mut in_browsers(root, &["test"])?));
+    if LINUX {
+        check("Firefox and WebKit", &|| {
+            // WebKitGTK's player is not steady enough for a check of every change.
+            let mut tests = engine_tests(root)?;
+            counted(tests.envs([
+                ("DEEPSFT_ENGINES", "firefox,webkit"),
+                ("DEEPSFT_CLIP_ENGINES", "firefox"),
+            ]))
+        });
+    }
 
     println!();
     let row = |name: &str, Count { passed, failed }, time: Duration| {
