@@ -3,9 +3,9 @@
 import { DeepSftError } from "../error.js";
 import { WorkerCalls } from "./worker-calls.js";
 
+/** @import { RawEstimate as EngineEstimate, RawMesh } from "../../pkg/deepsft_web.js" */
 /** @import { LoadProgress } from "./bundle.js" */
 /** @import { DeepSftErrorCode } from "../error.js" */
-/** @import { RawSurface } from "../results/surface-mesh.js" */
 /** @import { RawScan } from "../targets/scan.js" */
 /** @import { TargetSource } from "../targets/target-source.js" */
 
@@ -25,38 +25,15 @@ import { WorkerCalls } from "./worker-calls.js";
 /**
  * Milliseconds in the engine: canonical warp, network, confidence, and finding by features, its fit included.
  *
- * @typedef {{ warpMs: number, networkMs: number, judgeMs: number, featuresMs: number }} EngineTimes
+ * @typedef {EngineEstimate["times"]} EngineTimes
  */
 
-/** @typedef {"network" | "features"} FinderName */
+/** @typedef {NonNullable<EngineEstimate["by"]>} FinderName */
 
 /**
- * The maps of one frame as they cross from the worker.
+ * The maps of one frame as they cross from the worker: with the time to read the frame's pixels, and the frame where it is handed back.
  *
- * @typedef {object} RawEstimate
- * @property {number} width columns of the maps and of the canonical image
- * @property {number} focal of the canonical image, pixels
- * @property {Float32Array} depth
- * @property {Float32Array} registration
- * @property {Uint8Array} mask
- * @property {Uint8ClampedArray} canonical
- * @property {boolean} found
- * @property {number} confidence
- * @property {FinderName | null} by which finder gave the maps
- * @property {EngineTimes} times
- * @property {number} readMs time to read the frame's pixels
- * @property {ImageBitmap | null} bitmap the frame, where it is handed back
- * @property {RawMesh | null} fitted the mesh where one was fitted and the target found
- */
-
-/**
- * The whole mesh in one frame.
- *
- * @typedef {object} RawMesh
- * @property {RawSurface} surface
- * @property {Float32Array} depth
- * @property {Float32Array} registration
- * @property {number} solveMs
+ * @typedef {EngineEstimate & { readMs: number, bitmap: ImageBitmap | null }} RawEstimate
  */
 
 /**

@@ -4,7 +4,8 @@ import { DeepSftError } from "../error.js";
 import { SurfaceMesh } from "./surface-mesh.js";
 
 /** @import { SourcedCamera } from "../camera/intrinsics.js" */
-/** @import { MeshRequest, RawEstimate, RawMesh } from "../engine/engine-worker.js" */
+/** @import { RawMesh } from "../../pkg/deepsft_web.js" */
+/** @import { MeshRequest, RawEstimate } from "../engine/engine-worker.js" */
 /** @import { Target } from "../targets/target.js" */
 
 /**

@@ -3,14 +3,9 @@
 import { verticesInImage } from "../camera/canonical.js";
 import { placeOn } from "./place.js";
 
+/** @import { RawSurface } from "../../pkg/deepsft_web.js" */
 /** @import { Camera } from "../camera/intrinsics.js" */
 /** @import { MeshTopology } from "../engine/engine-worker.js" */
-
-/**
- * The numbers of each vertex as they cross from a worker: what `SurfaceMesh` makes its own.
- *
- * @typedef {{ vertices: Float32Array, confidence: Float32Array }} RawSurface
- */
 
 /**
  * The arrays of a surface, whose buffers cross without a copy.

@@ -3,8 +3,8 @@
 import { transferable } from "../engine/engine-worker.js";
 import { WorkerCalls } from "../engine/worker-calls.js";
 
+/** @import { RawSurface } from "../../pkg/deepsft_web.js" */
 /** @import { RawAnswer, TargetRequest } from "../engine/engine-worker.js" */
-/** @import { RawSurface } from "../results/surface-mesh.js" */
 
 /**
  * The One-Euro filter of each vertex (Casiez, Roussel and Vogel 2012): a low-pass with the cut-off `minCutoff` (Hz, default 2)

@@ -1,4 +1,5 @@
-import type { EngineInfo, EstimateRequest, FindRequest, MeshRequest, PhotographRequest, RawEstimate, RawFinding, RawMesh, ScanRequest, StartRequest, TargetDescription, TargetRequest } from "./engine-worker.js";
+import type { RawMesh } from "../../pkg/deepsft_web.js";
+import type { EngineInfo, EstimateRequest, FindRequest, MeshRequest, PhotographRequest, RawEstimate, RawFinding, ScanRequest, StartRequest, TargetDescription, TargetRequest } from "./engine-worker.js";
 import type { RawScan } from "../targets/scan.js";
 /**
  * @param {StartRequest} request

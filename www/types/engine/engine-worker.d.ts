@@ -1,7 +1,7 @@
 import { WorkerCalls } from "./worker-calls.js";
+import type { RawEstimate as EngineEstimate, RawMesh } from "../../pkg/deepsft_web.js";
 import type { LoadProgress } from "./bundle.js";
 import type { DeepSftErrorCode } from "../error.js";
-import type { RawSurface } from "../results/surface-mesh.js";
 import type { RawScan } from "../targets/scan.js";
 import type { TargetSource } from "../targets/target-source.js";
 export type EngineInfo = {
@@ -34,51 +34,11 @@ export type EngineInfo = {
         message: string;
     } | null;
 };
-export type EngineTimes = {
-    warpMs: number;
-    networkMs: number;
-    judgeMs: number;
-    featuresMs: number;
-};
-export type FinderName = "network" | "features";
-export type RawEstimate = {
-    /**
-     * columns of the maps and of the canonical image
-     */
-    width: number;
-    /**
-     * of the canonical image, pixels
-     */
-    focal: number;
-    depth: Float32Array;
-    registration: Float32Array;
-    mask: Uint8Array;
-    canonical: Uint8ClampedArray;
-    found: boolean;
-    confidence: number;
-    /**
-     * which finder gave the maps
-     */
-    by: FinderName | null;
-    times: EngineTimes;
-    /**
-     * time to read the frame's pixels
-     */
+export type EngineTimes = EngineEstimate["times"];
+export type FinderName = NonNullable<EngineEstimate["by"]>;
+export type RawEstimate = EngineEstimate & {
     readMs: number;
-    /**
-     * the frame, where it is handed back
-     */
     bitmap: ImageBitmap | null;
-    /**
-     * the mesh where one was fitted and the target found
-     */
-    fitted: RawMesh | null;
-};
-export type RawMesh = {
-    surface: RawSurface;
-    depth: Float32Array;
-    registration: Float32Array;
-    solveMs: number;
 };
 export type MeshTopology = {
     faces: Uint32Array;
@@ -143,9 +103,9 @@ export type MeshRequest = {
     registration: Float32Array;
     canonical: Uint8ClampedArray | null;
 };
+/** @import { RawEstimate as EngineEstimate, RawMesh } from "../../pkg/deepsft_web.js" */
 /** @import { LoadProgress } from "./bundle.js" */
 /** @import { DeepSftErrorCode } from "../error.js" */
-/** @import { RawSurface } from "../results/surface-mesh.js" */
 /** @import { RawScan } from "../targets/scan.js" */
 /** @import { TargetSource } from "../targets/target-source.js" */
 /**
@@ -163,35 +123,13 @@ export type MeshRequest = {
 /**
  * Milliseconds in the engine: canonical warp, network, confidence, and finding by features, its fit included.
  *
- * @typedef {{ warpMs: number, networkMs: number, judgeMs: number, featuresMs: number }} EngineTimes
+ * @typedef {EngineEstimate["times"]} EngineTimes
  */
-/** @typedef {"network" | "features"} FinderName */
+/** @typedef {NonNullable<EngineEstimate["by"]>} FinderName */
 /**
- * The maps of one frame as they cross from the worker.
+ * The maps of one frame as they cross from the worker: with the time to read the frame's pixels, and the frame where it is handed back.
  *
- * @typedef {object} RawEstimate
- * @property {number} width columns of the maps and of the canonical image
- * @property {number} focal of the canonical image, pixels
- * @property {Float32Array} depth
- * @property {Float32Array} registration
- * @property {Uint8Array} mask
- * @property {Uint8ClampedArray} canonical
- * @property {boolean} found
- * @property {number} confidence
- * @property {FinderName | null} by which finder gave the maps
- * @property {EngineTimes} times
- * @property {number} readMs time to read the frame's pixels
- * @property {ImageBitmap | null} bitmap the frame, where it is handed back
- * @property {RawMesh | null} fitted the mesh where one was fitted and the target found
- */
-/**
- * The whole mesh in one frame.
- *
- * @typedef {object} RawMesh
- * @property {RawSurface} surface
- * @property {Float32Array} depth
- * @property {Float32Array} registration
- * @property {number} solveMs
+ * @typedef {EngineEstimate & { readMs: number, bitmap: ImageBitmap | null }} RawEstimate
  */
 /**
  * What of a mesh no frame changes: three vertex indices per face, counter-clockwise seen from the front, and (u, v) of each

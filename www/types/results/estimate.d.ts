@@ -1,6 +1,7 @@
 import { SurfaceMesh } from "./surface-mesh.js";
 import type { SourcedCamera } from "../camera/intrinsics.js";
-import type { MeshRequest, RawEstimate, RawMesh } from "../engine/engine-worker.js";
+import type { RawMesh } from "../../pkg/deepsft_web.js";
+import type { MeshRequest, RawEstimate } from "../engine/engine-worker.js";
 import type { Target } from "../targets/target.js";
 export type EstimateTimes = {
     captureMs: number;
@@ -12,7 +13,8 @@ export type EstimateTimes = {
     totalMs: number;
 };
 /** @import { SourcedCamera } from "../camera/intrinsics.js" */
-/** @import { MeshRequest, RawEstimate, RawMesh } from "../engine/engine-worker.js" */
+/** @import { RawMesh } from "../../pkg/deepsft_web.js" */
+/** @import { MeshRequest, RawEstimate } from "../engine/engine-worker.js" */
 /** @import { Target } from "../targets/target.js" */
 /**
  * Milliseconds spent on a frame: `capture` (grabbing it and reading its pixels), `warp` (to the canonical image),
@@ -84,7 +86,7 @@ export declare class Estimate {
      */
     confidence: number;
     /** What gave the maps: the model's network, or the features of a picture; null when nothing was seen. */
-    by: import("../engine/engine-worker.js").FinderName | null;
+    by: "features" | "network" | null;
     /** Distance along the optical axis, mm; -1 outside the object. */
     depth: EstimateMap<Float32Array<ArrayBufferLike>>;
     /** Texture position (u, v) in the unit square, v down; (-1, -1) outside the object. */

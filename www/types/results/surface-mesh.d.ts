@@ -1,16 +1,9 @@
+import type { RawSurface } from "../../pkg/deepsft_web.js";
 import type { Camera } from "../camera/intrinsics.js";
 import type { MeshTopology } from "../engine/engine-worker.js";
-export type RawSurface = {
-    vertices: Float32Array;
-    confidence: Float32Array;
-};
+/** @import { RawSurface } from "../../pkg/deepsft_web.js" */
 /** @import { Camera } from "../camera/intrinsics.js" */
 /** @import { MeshTopology } from "../engine/engine-worker.js" */
-/**
- * The numbers of each vertex as they cross from a worker: what `SurfaceMesh` makes its own.
- *
- * @typedef {{ vertices: Float32Array, confidence: Float32Array }} RawSurface
- */
 /**
  * The arrays of a surface, whose buffers cross without a copy.
  *

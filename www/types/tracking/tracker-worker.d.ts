@@ -1,6 +1,6 @@
 import { WorkerCalls } from "../engine/worker-calls.js";
+import type { RawSurface } from "../../pkg/deepsft_web.js";
 import type { RawAnswer, TargetRequest } from "../engine/engine-worker.js";
-import type { RawSurface } from "../results/surface-mesh.js";
 export type Smoothing = {
     minCutoff?: number;
     beta?: number;
@@ -95,8 +95,8 @@ export type RawTracked = {
      */
     readMs: number;
 };
+/** @import { RawSurface } from "../../pkg/deepsft_web.js" */
 /** @import { RawAnswer, TargetRequest } from "../engine/engine-worker.js" */
-/** @import { RawSurface } from "../results/surface-mesh.js" */
 /**
  * The One-Euro filter of each vertex (Casiez, Roussel and Vogel 2012): a low-pass with the cut-off `minCutoff` (Hz, default 2)
  * for a vertex at rest. The cut-off rises by `beta` (Hz per mm/s, default 0.1) with the vertex's speed, so that motion hardly
