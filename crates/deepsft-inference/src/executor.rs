@@ -7,7 +7,7 @@ use crate::config::{Architecture, DepthRange, NetworkConfig};
 use crate::cpu::{CpuPlan, with_team};
 #[cfg(feature = "webgpu")]
 use crate::gpu::{FramePipeline, Gpu, GpuError};
-use crate::plan::{MapId, PlanError};
+use crate::plan::{MapId, PlanError, misfit};
 #[cfg(feature = "webgpu")]
 use crate::residual::residual_pipeline;
 use crate::residual::{ResidualPlan, read};
@@ -17,15 +17,11 @@ use deepsft_geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH, GeometryError, ImageSi
 
 /// Checks the size of images for networks that know one only.
 fn check_canonical(image: ImageSize) -> Result<(), PlanError> {
-    let expected = ImageSize::from((CANONICAL_WIDTH, CANONICAL_HEIGHT));
-    if image == expected {
+    let (actual, expected) = ([image.width, image.height], [CANONICAL_WIDTH, CANONICAL_HEIGHT]);
+    if actual == expected {
         return Ok(());
     }
-    Err(PlanError::Shape {
-        what: "the image".to_owned(),
-        actual: vec![image.width, image.height],
-        expected: vec![expected.width, expected.height],
-    })
+    Err(misfit("the image", &actual, &expected))
 }
 
 /// Runs a network on the processor, for images of one size. On one thread it allocates nothing after it was made.
@@ -115,7 +111,7 @@ impl Executor {
     /// Returns (u, v, d) of the compact network's cells of 8 pixels, d in normalised log depth: row after row. `None` for others.
     pub fn cells(&self, stage: Stage) -> Option<[&[f32]; 3]> {
         match &self.network {
-            Network::Compact(frame) => Some(frame.cells(stage)),
+            Network::Compact(frame) => Some(frame.cell_maps.cells(stage)),
             Network::Residual { .. } => None,
         }
     }

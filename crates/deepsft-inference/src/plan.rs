@@ -4,6 +4,26 @@
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct MapId(pub(crate) usize);
 
+impl MapId {
+    /// Reads the map as it is.
+    pub(crate) fn plain(self) -> LayerInput {
+        LayerInput {
+            map: self,
+            rectified: false,
+            factor: 1,
+            cropped: [0, 0],
+        }
+    }
+
+    /// Reads the map with relu.
+    pub(crate) fn relu(self) -> LayerInput {
+        LayerInput {
+            rectified: true,
+            ..self.plain()
+        }
+    }
+}
+
 /// Size of a map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct MapShape {
@@ -85,24 +105,6 @@ pub(crate) struct LayerInput {
 }
 
 impl LayerInput {
-    /// Reads `map` as it is.
-    pub(crate) fn plain(map: MapId) -> Self {
-        Self {
-            map,
-            rectified: false,
-            factor: 1,
-            cropped: [0, 0],
-        }
-    }
-
-    /// Reads `map` with relu.
-    pub(crate) fn relu(map: MapId) -> Self {
-        Self {
-            rectified: true,
-            ..Self::plain(map)
-        }
-    }
-
     /// Rows and columns that are read of a map of this size.
     pub(crate) fn size(&self, shape: MapShape) -> [usize; 2] {
         let [top, bottom] = self.cropped;
@@ -136,6 +138,17 @@ impl Convolution {
             skip: None,
             rectified: false,
         }
+    }
+
+    /// Returns the padded channel of each of a filter's channels, and the number of padded channels: inputs are padded map by map.
+    pub(crate) fn input_channels(&self, shapes: &[MapShape], padded: fn(usize) -> usize) -> (Vec<usize>, usize) {
+        let (mut all, mut first) = (Vec::new(), 0);
+        for input in &self.inputs {
+            let channels = shapes[input.map.0].channels;
+            all.extend(first..first + channels);
+            first += padded(channels);
+        }
+        (all, first)
     }
 }
 
@@ -257,20 +270,32 @@ impl Plan {
         let shapes = convolution.inputs.iter().map(|input| self.shape(input.map));
         let channels: usize = shapes.clone().map(|shape| shape.channels).sum();
         if channels != *inputs || channels == 0 || kernel % 2 == 0 || convolution.stride == 0 {
-            return Err(misfit("a convolution's input", vec![channels], vec![*inputs]));
+            return Err(misfit("a convolution's input", &[channels], &[*inputs]));
         }
         let fan_in = inputs * kernel * kernel;
         if weights.len() != biases.len() * fan_in || biases.is_empty() {
-            return Err(misfit("filters", vec![weights.len()], vec![biases.len(), fan_in]));
+            return Err(misfit("filters", &[weights.len()], &[biases.len(), fan_in]));
         }
         let sizes: Vec<[usize; 2]> = convolution.inputs.iter().zip(shapes).map(|(i, s)| i.size(s)).collect();
         if let Some(other) = sizes.iter().find(|size| **size != sizes[0] || size.contains(&0)) {
-            return Err(misfit("an input", other.to_vec(), sizes[0].to_vec()));
+            return Err(misfit("an input", other, &sizes[0]));
         }
         let [height, width] = sizes[0].map(|side| side.div_ceil(convolution.stride));
         let output = MapShape::new(biases.len(), height, width);
         self.check_skip(convolution.skip, output)?;
         Ok(self.step(Operation::Convolve(convolution), output))
+    }
+
+    /// Adds the product of each position's channels with a matrix, row-major [out, in].
+    pub(crate) fn multiply(&mut self, map: MapId, weights: Vec<f32>) -> Result<MapId, PlanError> {
+        let inputs = self.shape(map).channels;
+        let filters = Filters {
+            biases: vec![0.0; weights.len() / inputs],
+            weights,
+            inputs,
+            kernel: 1,
+        };
+        self.convolve(Convolution::new(vec![map.plain()], filters))
     }
 
     /// Adds a sum of two maps.
@@ -304,13 +329,8 @@ impl Plan {
                 let needed = length(&self.maps[map]);
                 // The free buffer whose size is nearest.
                 let best = (0..free.len()).min_by_key(|&f| sizes[free[f]].abs_diff(needed));
-                slots[map] = best.map_or_else(
-                    || {
-                        sizes.push(0);
-                        sizes.len() - 1
-                    },
-                    |f| free.swap_remove(f),
-                );
+                slots[map] = best.map_or(sizes.len(), |f| free.swap_remove(f));
+                sizes.resize(sizes.len().max(slots[map] + 1), 0);
                 sizes[slots[map]] = sizes[slots[map]].max(needed);
             }
             let mut read: Vec<usize> = step.reads().map(|map| map.0).chain([map]).collect();
@@ -327,7 +347,7 @@ impl Plan {
         let shape = self.shape(pool.map);
         let sides = [shape.height, shape.width].map(|side| side + 2 * pool.border);
         if sides.iter().any(|&side| side < 3) || pool.border > 1 || pool.stride == 0 {
-            return Err(misfit("what is pooled", sides.to_vec(), vec![3, 3]));
+            return Err(misfit("what is pooled", &sides, &[3, 3]));
         }
         let [height, width] = sides.map(|side| (side - 3) / pool.stride + 1);
         Ok(self.step(Operation::Pool(pool), MapShape { height, width, ..shape }))
@@ -339,8 +359,7 @@ impl Plan {
         let inputs = shape.channels * shape.area();
         let channels = dense.biases.len();
         if dense.weights.len() != inputs * channels || dense.weights.is_empty() {
-            let actual = vec![dense.weights.len()];
-            return Err(misfit("dense weights", actual, vec![inputs, channels]));
+            return Err(misfit("dense weights", &[dense.weights.len()], &[inputs, channels]));
         }
         Ok(self.step(Operation::Dense(dense), MapShape::new(channels, 1, 1)))
     }
@@ -360,15 +379,15 @@ impl Plan {
         if fits && map.width == output.width.div_ceil(factor) && map.channels == output.channels {
             return Ok(());
         }
-        let sizes = |s: MapShape| vec![s.channels, s.height, s.width];
-        Err(misfit("a skip input", sizes(map), sizes(output)))
+        let sizes = |s: MapShape| [s.channels, s.height, s.width];
+        Err(misfit("a skip input", &sizes(map), &sizes(output)))
     }
 }
 
-fn misfit(what: &str, actual: Vec<usize>, expected: Vec<usize>) -> PlanError {
+pub(crate) fn misfit(what: &str, actual: &[usize], expected: &[usize]) -> PlanError {
     PlanError::Shape {
         what: what.to_owned(),
-        actual,
-        expected,
+        actual: actual.to_vec(),
+        expected: expected.to_vec(),
     }
 }

@@ -1,6 +1,6 @@
 //! From a network's weights to the layers of a plan.
 
-use crate::plan::{Convolution, Filters, LayerInput, MapId, Plan, PlanError, SkipInput};
+use crate::plan::{Convolution, Filters, LayerInput, MapId, Plan, PlanError, SkipInput, misfit};
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -53,17 +53,12 @@ impl<'a> PlanBuilder<'a> {
             .get_key_value(name)
             .ok_or_else(|| PlanError::Missing(name.to_owned()))?;
         self.used.borrow_mut().insert(name);
-        let misfit = |actual: &[usize], expected: &[usize]| PlanError::Shape {
-            what: name.clone(),
-            actual: actual.to_vec(),
-            expected: expected.to_vec(),
-        };
         if array.shape != shape {
-            return Err(misfit(&array.shape, shape));
+            return Err(misfit(name, &array.shape, shape));
         }
         let length = shape.iter().product();
         if array.values.len() != length {
-            return Err(misfit(&[array.values.len()], &[length]));
+            return Err(misfit(name, &[array.values.len()], &[length]));
         }
         Ok(&array.values)
     }

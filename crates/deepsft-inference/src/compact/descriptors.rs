@@ -5,7 +5,7 @@ use super::network::{RELU_GAIN, Trunk};
 use super::patches::write_patches;
 use crate::config::CompactConfig;
 use crate::cpu::{CpuPlan, with_team};
-use crate::plan::{Convolution, Filters, LayerInput, MapId, MapShape, Plan, PlanError};
+use crate::plan::{MapId, MapShape, Plan, PlanError};
 use crate::weights::{PlanBuilder, Weights};
 use deepsft_geometry::{GeometryError, ImageSize, Picture, check_size};
 
@@ -33,7 +33,7 @@ impl DescriptorExecutor {
         let size = size.into();
         let mut builder = PlanBuilder::new(weights, RELU_GAIN);
         let trunk = Trunk::new(&mut builder, [size.width, size.height], &CompactConfig::default())?;
-        let descriptors = builder.layer(&[LayerInput::relu(trunk.at8)], "head", [DESCRIPTOR_LENGTH, 1, 1], None)?;
+        let descriptors = builder.layer(&[trunk.at8.relu()], "head", [DESCRIPTOR_LENGTH, 1, 1], None)?;
         Ok(Self {
             // Its file also has the heads of a main block, which nothing reads.
             cpu: CpuPlan::new(builder.plan, &[descriptors], threads),
@@ -95,13 +95,7 @@ impl DescriptorSimilarities {
         // Rows are shared among threads.
         let rows = threads.max(1);
         let vectors = plan.input(MapShape::new(DESCRIPTOR_LENGTH, rows, batch.div_ceil(rows)));
-        let filters = Filters {
-            biases: vec![0.0; others.len() / DESCRIPTOR_LENGTH],
-            weights: others,
-            inputs: DESCRIPTOR_LENGTH,
-            kernel: 1,
-        };
-        let products = plan.convolve(Convolution::new(vec![LayerInput::plain(vectors)], filters))?;
+        let products = plan.multiply(vectors, others)?;
         Ok(Self {
             cpu: CpuPlan::new(plan, &[products], threads),
             vectors,

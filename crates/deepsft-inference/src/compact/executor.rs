@@ -22,7 +22,7 @@ pub(crate) struct CompactFrame {
     /// Probability that a cell shows the object.
     seen: Vec<f32>,
     measured: Vec<[f32; MEASURED]>,
-    cell_maps: CellMaps,
+    pub(crate) cell_maps: CellMaps,
     /// u, v and d of bins.
     coarse: [Vec<f32>; 3],
     /// Cells from bins: rows and columns.
@@ -66,11 +66,6 @@ impl CompactFrame {
         self.write_cues(cpu, 1);
         cpu.run(registration..cpu.steps());
         self.refine_registration(cpu);
-    }
-
-    /// See [`crate::Executor::cells`].
-    pub(crate) fn cells(&self, stage: Stage) -> [&[f32]; 3] {
-        self.cell_maps.cells(stage)
     }
 
     /// See [`crate::Executor::mask_logit`].
@@ -124,10 +119,8 @@ impl CompactFrame {
         let [u, v, d] = &self.cell_maps.main;
         if self.network.layers.seams {
             // Nothing is measured: what was found stands in its place.
-            self.measured
-                .iter_mut()
-                .zip(d)
-                .for_each(|(measured, &d)| measured.fill(d));
+            let measured = self.measured.iter_mut().zip(d);
+            measured.for_each(|(measured, &d)| measured.fill(d));
         } else {
             self.measure
                 .measure(self.arch, [u, v, d], &self.seen, &mut self.measured);
@@ -138,13 +131,10 @@ impl CompactFrame {
     fn write_cues(&self, cpu: &mut CpuPlan, block: usize) {
         let pitch = cpu.pitch(self.network.cues[block]);
         let values = cpu.values_mut(self.network.cues[block]);
-        let depth = if block == 0 {
-            &self.cell_maps.main[2]
-        } else {
-            &self.cell_maps.refined[2]
-        };
+        let CellMaps { main, refined, .. } = &self.cell_maps;
+        let depth = &[main, refined][block][2];
         for (cell, cues) in values.chunks_exact_mut(pitch).take(depth.len()).enumerate() {
-            (cues[0], cues[1], cues[2]) = (self.cell_maps.main[0][cell], self.cell_maps.main[1][cell], depth[cell]);
+            (cues[0], cues[1], cues[2]) = (main[0][cell], main[1][cell], depth[cell]);
             cues[3..3 + MEASURED].copy_from_slice(&departures(&self.measured[cell], depth[cell]));
         }
     }

@@ -7,7 +7,7 @@ use super::shaders;
 use crate::config::NetworkConfig;
 use crate::gpu::shader::Shader;
 use crate::gpu::{FramePart, FramePipeline, Gpu, GpuError, GpuPlan, Kernel};
-use crate::plan::{Convolution, Filters, LayerInput, MapId, MapShape, Plan, PlanError};
+use crate::plan::{MapId, MapShape, Plan, PlanError};
 use crate::weights::Weights;
 use std::ops::Range;
 use wgpu::Buffer;
@@ -26,14 +26,8 @@ impl Windows {
     /// Averaging is a product with a matrix: a convolution whose channels are the rows, then the columns.
     fn new(plan: &mut Plan, [rows, columns]: [usize; 2]) -> Result<Self, PlanError> {
         let blend = |plan: &mut Plan, map: MapId, reaches: &[f64], length: usize| {
-            let outputs = length * reaches.len();
-            let filters = Filters {
-                weights: reaches.iter().flat_map(|&reach| gaussian(length, reach)).collect(),
-                biases: vec![0.0; outputs],
-                inputs: length,
-                kernel: 1,
-            };
-            plan.convolve(Convolution::new(vec![LayerInput::plain(map)], filters))
+            let windows = reaches.iter().flat_map(|&reach| gaussian(length, reach));
+            plan.multiply(map, windows.collect())
         };
         let shape = |channels, width| MapShape::new(channels, MOMENTS, width);
         let first = plan.steps();
@@ -132,27 +126,21 @@ struct FrameKernels<'a> {
     measured: &'a Buffer,
 }
 
-impl<'a> FrameKernels<'a> {
+impl FrameKernels<'_> {
     /// A kernel with an invocation for each cell.
     fn of_cells(&self, mut shader: Shader<'_>, functions: &[&str], body: &str) -> Kernel {
         let [rows, columns] = self.cells;
-        shader.size("rows", rows);
-        shader.size("columns", columns);
+        shader.sizes([("rows", rows), ("columns", columns)]);
         let functions = self.constants.clone() + &functions.concat();
         shader.kernel(self.gpu, &functions, body, rows * columns, 1)
-    }
-
-    fn map(&self, map: MapId) -> &'a Buffer {
-        self.plan.buffer(map)
     }
 
     fn patches(&self, [width, height]: [usize; 2], pixels: &Buffer) -> Kernel {
         let shape = self.plan.shape(self.network.image);
         let mut shader = Shader::default();
         shader.bind_as("image", "read", "u32", pixels);
-        shader.bind("out", "read_write", self.map(self.network.image));
-        shader.size("width", width);
-        shader.size("height", height);
+        shader.bind("out", "read_write", self.plan.buffer(self.network.image));
+        shader.sizes([("width", width), ("height", height)]);
         shader.size("across", shape.width);
         shader.size("patches", shape.area());
         let count = shape.channels / 4 * shape.area();
@@ -161,7 +149,7 @@ impl<'a> FrameKernels<'a> {
 
     fn positions(&self, coarse: &Buffer) -> Kernel {
         let mut shader = Shader::default();
-        shader.bind_as("bins", "read", "f32", self.map(self.network.bins));
+        shader.bind_as("bins", "read", "f32", self.plan.buffer(self.network.bins));
         shader.bind("out", "read_write", coarse);
         for (name, bins) in ["bins_u", "bins_v", "bins_d"].into_iter().zip(self.network.layers.bins) {
             shader.size(name, bins);
@@ -174,13 +162,13 @@ impl<'a> FrameKernels<'a> {
     fn cells(&self, coarse: &Buffer, windows: Option<&Windows>) -> Kernel {
         let mut shader = Shader::default();
         shader.bind("coarse", "read", coarse);
-        shader.bind("offset", "read", self.map(self.network.offset));
-        shader.bind("mask", "read", self.map(self.network.mask));
+        shader.bind("offset", "read", self.plan.buffer(self.network.offset));
+        shader.bind("mask", "read", self.plan.buffer(self.network.mask));
         shader.bind("out", "read_write", self.found);
         let mut body = shaders::CELLS.to_owned();
         let mut functions = vec![shaders::CELL_FUNCTIONS];
         if let Some(windows) = windows {
-            shader.bind_as("moments", "read_write", "f32", self.map(windows.moments));
+            shader.bind_as("moments", "read_write", "f32", self.plan.buffer(windows.moments));
             functions.push(shaders::MOMENT_FUNCTION);
             body += shaders::MOMENTS_OF_CELLS;
         }
@@ -190,11 +178,10 @@ impl<'a> FrameKernels<'a> {
     fn turn(&self, windows: &Windows) -> Kernel {
         let [rows, columns] = self.cells;
         let mut shader = Shader::default();
-        shader.bind_as("down", "read", "f32", self.map(windows.down));
-        shader.bind("narrow", "read_write", self.map(windows.turned[0]));
-        shader.bind("wide", "read_write", self.map(windows.turned[1]));
-        shader.size("rows", rows);
-        shader.size("columns", columns);
+        shader.bind_as("down", "read", "f32", self.plan.buffer(windows.down));
+        shader.bind("narrow", "read_write", self.plan.buffer(windows.turned[0]));
+        shader.bind("wide", "read_write", self.plan.buffer(windows.turned[1]));
+        shader.sizes([("rows", rows), ("columns", columns)]);
         let count = columns.div_ceil(4) * MOMENTS * rows;
         shader.kernel(self.gpu, &self.constants, shaders::TURN, count, REACHES.len())
     }
@@ -203,12 +190,12 @@ impl<'a> FrameKernels<'a> {
         let mut shader = Shader::default();
         shader.bind("found", "read", self.found);
         shader.bind("measured", "read_write", self.measured);
-        shader.bind("cues", "read_write", self.map(self.network.cues[0]));
+        shader.bind("cues", "read_write", self.plan.buffer(self.network.cues[0]));
         let Some(windows) = windows else {
             return self.of_cells(shader, &[shaders::CUE_FUNCTIONS], shaders::NOTHING_MEASURED);
         };
-        shader.bind_as("narrow", "read", "f32", self.map(windows.means[0]));
-        shader.bind_as("wide", "read", "f32", self.map(windows.means[1]));
+        shader.bind_as("narrow", "read", "f32", self.plan.buffer(windows.means[0]));
+        shader.bind_as("wide", "read", "f32", self.plan.buffer(windows.means[1]));
         let functions = [shaders::CUE_FUNCTIONS, shaders::MEASURE_FUNCTIONS];
         self.of_cells(shader, &functions, shaders::MEASURE)
     }
@@ -217,15 +204,15 @@ impl<'a> FrameKernels<'a> {
         let mut shader = Shader::default();
         shader.bind("found", "read", self.found);
         shader.bind("measured", "read", self.measured);
-        shader.bind("correction", "read", self.map(self.network.corrections[0]));
+        shader.bind("correction", "read", self.plan.buffer(self.network.corrections[0]));
         shader.bind("out", "read_write", self.refined);
-        shader.bind("cues", "read_write", self.map(self.network.cues[1]));
+        shader.bind("cues", "read_write", self.plan.buffer(self.network.cues[1]));
         self.of_cells(shader, &[shaders::CUE_FUNCTIONS], shaders::REFINE_DEPTH)
     }
 
     fn refine_registration(&self) -> Kernel {
         let mut shader = Shader::default();
-        shader.bind("correction", "read", self.map(self.network.corrections[1]));
+        shader.bind("correction", "read", self.plan.buffer(self.network.corrections[1]));
         shader.bind("out", "read_write", self.refined);
         self.of_cells(shader, &[], shaders::REFINE_REGISTRATION)
     }

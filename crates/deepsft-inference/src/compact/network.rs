@@ -3,7 +3,7 @@
 use super::cells::cells;
 use super::patches::PATCH;
 use crate::config::{Architecture, CompactConfig, NetworkConfig};
-use crate::plan::{LayerInput, MapId, MapShape, Plan, PlanError, SkipInput};
+use crate::plan::{MapId, MapShape, Plan, PlanError, SkipInput, misfit};
 use crate::weights::{PlanBuilder, Weights};
 
 /// Cues that a refinement block reads beside the features: u, v, d, and how far four measured depths lie from it.
@@ -44,11 +44,7 @@ impl CompactPlan {
         };
         for (what, sides, least) in [("image", &image[..], 1), ("bins", &shape.bins, 2)] {
             if sides.iter().any(|&side| side < least) {
-                return Err(PlanError::Shape {
-                    what: what.to_owned(),
-                    actual: sides.to_vec(),
-                    expected: vec![least; sides.len()],
-                });
+                return Err(misfit(what, sides, &vec![least; sides.len()]));
             }
         }
         let mut builder = PlanBuilder::new(weights, RELU_GAIN);
@@ -60,48 +56,27 @@ impl CompactPlan {
             at8,
         } = Trunk::new(&mut builder, image, shape)?;
         let names = ["main.bins.0", "main.bins.1", "main.bins.2"];
-        let bins = builder.stacked(&[LayerInput::relu(at16)], &names, &shape.bins, 1)?;
+        let bins = builder.stacked(&[at16.relu()], &names, &shape.bins, 1)?;
         let bins = builder.plan.convolve(bins)?;
-        let offset = builder.layer(&[LayerInput::relu(at8)], "main.offset", [3, 1, 1], None)?;
+        let offset = builder.layer(&[at8.relu()], "main.offset", [3, 1, 1], None)?;
 
         let width = shape.mask_channels;
-        let coarse = builder.layer(&[LayerInput::relu(at8)], "mask_coarse", [width, 1, 1], None)?;
-        let mask = builder.layer(
-            &[LayerInput::plain(patches)],
-            "mask_fine",
-            [width, 1, 1],
-            Some(SkipInput::doubled(coarse)),
-        )?;
-        let mask = builder.layer(
-            &[LayerInput::relu(mask)],
-            "mask_mix",
-            [width, 3, 1],
-            Some(SkipInput::same(mask)),
-        )?;
-        let mask = builder.layer(&[LayerInput::relu(mask)], "mask", [PATCH * PATCH, 1, 1], None)?;
+        let coarse = builder.layer(&[at8.relu()], "mask_coarse", [width, 1, 1], None)?;
+        let skip = Some(SkipInput::doubled(coarse));
+        let mask = builder.layer(&[patches.plain()], "mask_fine", [width, 1, 1], skip)?;
+        let skip = Some(SkipInput::same(mask));
+        let mask = builder.layer(&[mask.relu()], "mask_mix", [width, 3, 1], skip)?;
+        let mask = builder.layer(&[mask.relu()], "mask", [PATCH * PATCH, 1, 1], None)?;
 
         let cells = MapShape::new(CUES, rows, columns);
         let mut refine = |name: &str, outputs: usize| {
             let (mark, cues) = (builder.plan.steps(), builder.plan.input(cells));
-            let width = shape.refinement_channels;
-            let entry = builder.relu_layer(
-                &[LayerInput::relu(at8), LayerInput::plain(cues)],
-                &format!("{name}.entry"),
-                [width, 3, 1],
-                None,
-            )?;
-            let middle = builder.relu_layer(
-                &[LayerInput::plain(entry)],
-                &format!("{name}.middle"),
-                [width, 3, 1],
-                None,
-            )?;
-            let correction = builder.layer(
-                &[LayerInput::plain(middle)],
-                &format!("{name}.correction"),
-                [outputs, 1, 1],
-                None,
-            )?;
+            let shape = [shape.refinement_channels, 3, 1];
+            let seen = [at8.relu(), cues.plain()];
+            let entry = builder.relu_layer(&seen, &format!("{name}.entry"), shape, None)?;
+            let middle = builder.relu_layer(&[entry.plain()], &format!("{name}.middle"), shape, None)?;
+            let shape = [outputs, 1, 1];
+            let correction = builder.layer(&[middle.plain()], &format!("{name}.correction"), shape, None)?;
             Ok((mark, cues, correction))
         };
         let depth = refine("depth_refinement", 4)?;
@@ -138,23 +113,22 @@ impl Trunk {
         shape: &CompactConfig,
     ) -> Result<Self, PlanError> {
         let [rows, columns] = cells(image);
-        let image = builder
-            .plan
-            .input(MapShape::new(3 * PATCH * PATCH, 2 * rows, 2 * columns));
+        let patches = MapShape::new(3 * PATCH * PATCH, 2 * rows, 2 * columns);
+        let image = builder.plan.input(patches);
         let [c4, c8, c16, c32] = shape.channels;
-        let patches = builder.relu_layer(&[LayerInput::plain(image)], "main.patch", [c4, 1, 1], None)?;
-        let at8 = builder.layer(&[LayerInput::plain(patches)], "main.down8", [c8, 3, 2], None)?;
+        let patches = builder.relu_layer(&[image.plain()], "main.patch", [c4, 1, 1], None)?;
+        let at8 = builder.layer(&[patches.plain()], "main.down8", [c8, 3, 2], None)?;
         let at8 = block(builder, at8, "main.encode8", c8)?;
-        let at16 = builder.layer(&[LayerInput::relu(at8)], "main.down16", [c16, 3, 2], None)?;
+        let at16 = builder.layer(&[at8.relu()], "main.down16", [c16, 3, 2], None)?;
         let at16 = block(builder, at16, "main.encode16", c16)?;
-        let mut at32 = builder.layer(&[LayerInput::relu(at16)], "main.down32", [c32, 3, 2], None)?;
+        let mut at32 = builder.layer(&[at16.relu()], "main.down32", [c32, 3, 2], None)?;
         for k in 0..shape.blocks_at_32 {
             at32 = block(builder, at32, &format!("main.encode32.{k}"), c32)?;
         }
-        let lateral = builder.layer(&[LayerInput::relu(at32)], "main.lateral16", [c16, 1, 1], None)?;
+        let lateral = builder.layer(&[at32.relu()], "main.lateral16", [c16, 1, 1], None)?;
         let at16 = builder.plan.add(at16, SkipInput::doubled(lateral))?;
         let at16 = block(builder, at16, "main.decode16", c16)?;
-        let lateral = builder.layer(&[LayerInput::relu(at16)], "main.lateral8", [c8, 1, 1], None)?;
+        let lateral = builder.layer(&[at16.relu()], "main.lateral8", [c8, 1, 1], None)?;
         let at8 = builder.plan.add(at8, SkipInput::doubled(lateral))?;
         let at8 = block(builder, at8, "main.decode8", c8)?;
         Ok(Self {
@@ -166,14 +140,10 @@ impl Trunk {
     }
 }
 
-/// x + conv(relu(conv(LayerInput::relu(x)))).
+/// x + conv(relu(conv(relu(x)))).
 fn block(builder: &mut PlanBuilder<'_>, x: MapId, name: &str, channels: usize) -> Result<MapId, PlanError> {
     let shape = [channels, 3, 1];
-    let branch = builder.relu_layer(&[LayerInput::relu(x)], &format!("{name}.first"), shape, None)?;
-    builder.layer(
-        &[LayerInput::plain(branch)],
-        &format!("{name}.second"),
-        shape,
-        Some(SkipInput::same(x)),
-    )
+    let branch = builder.relu_layer(&[x.relu()], &format!("{name}.first"), shape, None)?;
+    let skip = Some(SkipInput::same(x));
+    builder.layer(&[branch.plain()], &format!("{name}.second"), shape, skip)
 }

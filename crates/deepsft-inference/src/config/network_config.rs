@@ -42,11 +42,8 @@ impl NetworkConfig {
 
     /// Describes the compact network, see [`NetworkConfig::new`].
     pub fn compact(template_size_mm: [f64; 2], camera: &Camera) -> Self {
-        Self::new(
-            Architecture::Compact(CompactConfig::default()),
-            template_size_mm,
-            camera,
-        )
+        let layers = CompactConfig::default();
+        Self::new(Architecture::Compact(layers), template_size_mm, camera)
     }
 
     /// Describes the paper's network, see [`NetworkConfig::new`].
@@ -83,19 +80,15 @@ impl NetworkConfig {
     pub fn check(&self) -> Result<(), PlanError> {
         self.architecture.check().map_err(PlanError::Config)?;
         let refused = |reason: &str| Err(PlanError::Config(reason.to_owned()));
-        let lengths = [
-            self.template_size_mm[0],
-            self.template_size_mm[1],
-            self.focal,
-            self.depth_range.near_mm,
-        ];
+        let ([width, height], DepthRange { near_mm, far_mm }) = (self.template_size_mm, self.depth_range);
+        let lengths = [width, height, self.focal, near_mm];
         if !lengths.iter().all(|l| l.is_finite() && *l > 0.0) {
             return refused("template_size_mm, focal and depth_range must be positive and finite");
         }
         if !self.principal_point.iter().all(|c| c.is_finite()) {
             return refused("principal_point must be finite");
         }
-        if !(self.depth_range.far_mm.is_finite() && self.depth_range.far_mm > self.depth_range.near_mm) {
+        if !(far_mm.is_finite() && far_mm > near_mm) {
             return refused("depth_range ends before it begins");
         }
         Ok(())
@@ -108,27 +101,19 @@ impl NetworkConfig {
     /// [`PlanError::Config`] names the field.
     pub fn check_fits(&self, template: &Template, camera: &Camera) -> Result<(), PlanError> {
         let same = |a: f64, b: f64| (a - b).abs() <= ROUNDING * a.abs().max(b.abs());
-        let ([width, height], size) = (self.template_size_mm, template.size_mm());
-        if !(same(width, size.x) && same(height, size.y)) {
-            let (x, y) = (size.x, size.y);
-            return Err(PlanError::Config(format!(
-                "template_size_mm is {width} x {height}, the template has {x} x {y} mm"
-            )));
-        }
-        let (focal, principal) = (camera.focal(), camera.principal_point());
-        if !(same(self.focal, focal.x) && same(self.focal, focal.y)) {
-            return Err(PlanError::Config(format!(
-                "focal is {}, the training camera has {} and {}",
-                self.focal, focal.x, focal.y
-            )));
-        }
-        let [x, y] = self.principal_point;
-        if !(same(x, principal.x) && same(y, principal.y)) {
-            let (cx, cy) = (principal.x, principal.y);
-            return Err(PlanError::Config(format!(
-                "principal_point is ({x}, {y}), the training camera has ({cx}, {cy})"
-            )));
-        }
-        Ok(())
+        let both = |a: [f64; 2], b: [f64; 2]| same(a[0], b[0]) && same(a[1], b[1]);
+        let (size @ [width, height], own @ [w, h]) = (template.size_mm().to_array(), self.template_size_mm);
+        let (focal @ [fx, fy], f) = (camera.focal().to_array(), self.focal);
+        let (centre @ [cx, cy], point @ [x, y]) = (camera.principal_point().to_array(), self.principal_point);
+        let reason = if !both(own, size) {
+            format!("template_size_mm is {w} x {h}, the template has {width} x {height} mm")
+        } else if !both([f; 2], focal) {
+            format!("focal is {f}, the training camera has {fx} and {fy}")
+        } else if !both(point, centre) {
+            format!("principal_point is ({x}, {y}), the training camera has ({cx}, {cy})")
+        } else {
+            return Ok(());
+        };
+        Err(PlanError::Config(reason))
     }
 }

@@ -50,10 +50,7 @@ impl CpuPlan {
             let layer = match step.operation {
                 Operation::Add(map, skip) => Layer::Sum(map, skip),
                 Operation::Pool(pool) => Layer::Pool(pool),
-                Operation::Dense(dense) => {
-                    let read = shapes[dense.map.0];
-                    Layer::Dense(PackedDense::new(dense, read))
-                }
+                Operation::Dense(dense) => Layer::Dense(PackedDense::new(dense, &shapes)),
                 Operation::Convolve(convolution) => {
                     let packed = PackedConvolution::new(convolution, shapes[step.output.0], &shapes, width);
                     let needed = packed.scratch(&shapes, threads);
@@ -161,10 +158,8 @@ fn add(maps: &Maps<'_>, map: MapId, skip: SkipInput, out: &mut [f32]) {
     let (pitch, width) = (map.pitch(), map.shape.width);
     let positions = out.chunks_exact_mut(pitch).zip(map.values.chunks_exact(pitch));
     for (position, (out, a)) in positions.enumerate() {
-        let (y, x) = (
-            (position / width + skip.top) / skip.factor,
-            position % width / skip.factor,
-        );
+        let y = (position / width + skip.top) / skip.factor;
+        let x = position % width / skip.factor;
         let b = &skipped.values[(y * skipped.shape.width + x) * pitch..][..pitch];
         for (out, (a, b)) in out.iter_mut().zip(a.iter().zip(b)) {
             *out = a + b;

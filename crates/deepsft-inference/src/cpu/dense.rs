@@ -16,8 +16,9 @@ pub(crate) struct PackedDense {
 }
 
 impl PackedDense {
-    /// Packs `dense`, which reads a map of the size `shape`.
-    pub(crate) fn new(dense: DenseLayer, shape: MapShape) -> Self {
+    /// Packs `dense`, which reads one of the maps with these `shapes`.
+    pub(crate) fn new(dense: DenseLayer, shapes: &[MapShape]) -> Self {
+        let shape = shapes[dense.map.0];
         let (pitch, positions) = (padded_channels(shape.channels), shape.area());
         let outputs = dense.biases.len();
         let mut biases = AlignedBuffer::new(padded_channels(outputs));

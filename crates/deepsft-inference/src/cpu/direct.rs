@@ -2,7 +2,7 @@
 
 use super::gemm::{Epilogue, MatrixRows, PackedMatrix, multiply};
 use super::layer_spec::LayerRun;
-use super::layout::{BLOCK, Scratch, input_channels, padded_channels};
+use super::layout::{BLOCK, Scratch, padded_channels};
 use super::team::{Chunks, in_parallel};
 use crate::plan::{Convolution, MapShape};
 use pulp::{Simd, WithSimd};
@@ -63,7 +63,7 @@ impl Direct {
         let filters = &convolution.filters;
         let area = filters.kernel * filters.kernel;
         let unpadded = area > 1 && filters.inputs < BLOCK;
-        let (mut channels, mut inputs) = input_channels(convolution, shapes);
+        let (mut channels, mut inputs) = convolution.input_channels(shapes, padded_channels);
         if unpadded {
             (channels, inputs) = ((0..filters.inputs).collect(), filters.inputs);
         }
@@ -139,11 +139,8 @@ impl WithSimd for DirectRows<'_> {
         let in_place = direct.reads_in_place(convolution);
         let (values, parts, row) = if in_place {
             let row = first.shape.width * inputs;
-            (
-                &first.values[(stride * self.rows.start + input.cropped[0]) * row..],
-                1,
-                row,
-            )
+            let start = (stride * self.rows.start + input.cropped[0]) * row;
+            (&first.values[start..], 1, row)
         } else {
             let read = &mut self.scratch.read;
             direct.read(layer, self.rows.clone(), read.values_mut());

@@ -1,6 +1,6 @@
 //! Maps in memory: rows of positions (NHWC), the channels of a position side by side and padded with zeros.
 
-use crate::plan::{Convolution, MapId, MapShape};
+use crate::plan::{MapId, MapShape};
 use pulp::Simd;
 
 /// Channels of a map are padded to multiples of this: the widest vector of any processor.
@@ -89,17 +89,6 @@ impl<'a> Maps<'a> {
 pub(crate) struct Scratch {
     pub(crate) read: AlignedBuffer,
     pub(crate) products: AlignedBuffer,
-}
-
-/// Returns the padded channel of each of a filter's channels, and the number of padded channels: inputs are padded map by map.
-pub(crate) fn input_channels(convolution: &Convolution, shapes: &[MapShape]) -> (Vec<usize>, usize) {
-    let (mut padded, mut first) = (Vec::new(), 0);
-    for input in &convolution.inputs {
-        let channels = shapes[input.map.0].channels;
-        padded.extend(first..first + channels);
-        first += padded_channels(channels);
-    }
-    (padded, first)
 }
 
 /// Loads the vector of `values` from `at` on.

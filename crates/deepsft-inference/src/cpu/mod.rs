@@ -16,4 +16,4 @@ pub use team::available_threads;
 pub(crate) use team::{Chunks, MAX_THREADS, in_parallel, with_team};
 pub use winograd::{InputLines, LineTransform, OutputLines, both_ways, plus};
 #[cfg(feature = "webgpu")]
-pub(crate) use winograd::{POINTS, READ, TILE, filter_transform};
+pub(crate) use winograd::{POINTS, READ, TILE, filter_at_point};

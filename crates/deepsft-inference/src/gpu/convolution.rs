@@ -6,12 +6,12 @@
 
 use super::device::Gpu;
 use super::shader::{
-    GpuMap, Kernel, Shader, ShaderInput, ShaderSkip, as_f32, is_whole, position_read, quads, rectified, skip_term,
+    GpuMap, Kernel, Shader, ShaderInput, ShaderSkip, as_f32, is_whole, padded, position_read, rectified, skip_term,
     stored,
 };
 use super::winograd::{input_transform, output_transform};
-use crate::cpu::{POINTS, TILE, filter_transform};
-use crate::plan::{Convolution, Filters, LayerInput, MapShape};
+use crate::cpu::{POINTS, TILE, filter_at_point};
+use crate::plan::{Convolution, Filters, MapShape};
 use std::fmt::Write;
 use wgpu::Buffer;
 
@@ -27,13 +27,13 @@ pub(super) struct Scratch {
 }
 
 /// Numbers that a convolution needs in [`Scratch`].
-pub(super) fn scratch(convolution: &Convolution, inputs: &[MapShape], output: MapShape) -> [usize; 2] {
+pub(super) fn scratch(convolution: &Convolution, shapes: &[MapShape], output: MapShape) -> [usize; 2] {
     if !is_winograd(convolution) {
         return [0, 0];
     }
     let tiles = output.height.div_ceil(TILE) * output.width.div_ceil(TILE);
-    let read: usize = inputs.iter().map(|input| quads(input.channels)).sum();
-    [read, quads(output.channels)].map(|quads| 4 * POINTS * tiles * quads)
+    let (_, read) = convolution.input_channels(shapes, padded);
+    [read, padded(output.channels)].map(|channels| POINTS * tiles * channels)
 }
 
 fn is_winograd(convolution: &Convolution) -> bool {
@@ -43,13 +43,13 @@ fn is_winograd(convolution: &Convolution) -> bool {
 /// The kernels of a convolution.
 pub(super) fn kernels(
     gpu: &Gpu,
-    convolution: &Convolution,
+    (convolution, shapes): (&Convolution, &[MapShape]),
     sources: &[ShaderInput<'_>],
     skip: ShaderSkip<'_>,
     output: GpuMap<'_>,
     scratch: &Scratch,
 ) -> Vec<Kernel> {
-    let inputs: Vec<usize> = sources.iter().map(|(view, _)| view.shape.channels).collect();
+    let (channels, count) = convolution.input_channels(shapes, padded);
     if !is_winograd(convolution) {
         let product = Product {
             sources,
@@ -60,19 +60,19 @@ pub(super) fn kernels(
             rectified: convolution.rectified,
             batches: 1,
         };
-        return vec![product.kernel(gpu, &convolution.filters, &channels_padded(&inputs))];
+        return vec![product.kernel(gpu, &convolution.filters, &channels)];
     }
     let [rows, columns] = [output.shape.height, output.shape.width].map(|side| side.div_ceil(TILE));
     // Tiles at a point: positions of a map with one row.
-    let at_points = |quads: usize, buffer| GpuMap {
-        shape: MapShape::new(4 * quads, 1, rows * columns),
+    let at_points = |channels: usize, buffer| GpuMap {
+        shape: MapShape::new(channels, 1, rows * columns),
         half: false,
         buffer,
     };
-    let read = at_points(inputs.iter().map(|&channels| quads(channels)).sum(), &scratch.read);
-    let sums = at_points(output.quads(), &scratch.sums);
+    let read = at_points(count, &scratch.read);
+    let sums = at_points(padded(output.shape.channels), &scratch.sums);
     let product = Product {
-        sources: &[(read, LayerInput::plain(convolution.inputs[0].map))],
+        sources: &[(read, convolution.inputs[0].map.plain())],
         skip: None,
         output: sums,
         kernel: 1,
@@ -82,19 +82,9 @@ pub(super) fn kernels(
     };
     vec![
         input_transform(gpu, sources, read, columns),
-        product.kernel(gpu, &convolution.filters, &channels_padded(&inputs)),
+        product.kernel(gpu, &convolution.filters, &channels),
         output_transform(gpu, convolution, sums, skip, output, columns),
     ]
-}
-
-/// The padded channel of each channel of maps that lie one after another.
-fn channels_padded(maps: &[usize]) -> Vec<usize> {
-    let (mut padded, mut first) = (Vec::new(), 0);
-    for &channels in maps {
-        padded.extend(first..first + channels);
-        first += 4 * quads(channels);
-    }
-    padded
 }
 
 /// Products of filters and what is read, summed over taps and channels.
@@ -112,13 +102,13 @@ struct Product<'a> {
 impl Product<'_> {
     /// With these filters, which read the channels `padded` of the sources.
     fn kernel(&self, gpu: &Gpu, filters: &Filters, padded: &[usize]) -> Kernel {
-        let (places, quads_out) = (self.output.area(), self.output.quads());
+        let (places, quads_out) = (self.output.shape.area(), self.output.quads());
         let (tile, across) = (places.min(STRETCH), quads_out.min(BLOCK));
         let (stretches, blocks) = (places.div_ceil(tile), quads_out.div_ceil(across));
         let quads_in: usize = self.sources.iter().map(|(view, _)| view.quads()).sum();
         let packed = self.packed(filters, padded, 4 * quads_in, across);
         let half = gpu.has_f16();
-        let filters = if half { gpu.halves(&packed) } else { gpu.values(&packed) };
+        let filters = gpu.numbers(&packed, half);
         let (view, input) = &self.sources[0];
         let [rows, columns] = input.size(view.shape);
 
@@ -159,8 +149,7 @@ impl Product<'_> {
             if winograd {
                 let at = |i: usize, j: usize| f64::from(filter[3 * i + j]);
                 let filter = std::array::from_fn(|i| std::array::from_fn(|j| at(i, j)));
-                let values = filter_transform(filter);
-                (0..).zip(values).for_each(|(point, value)| set(point, 0, value));
+                (0..POINTS).for_each(|point| set(point, 0, filter_at_point(TILE, filter, point)));
             } else {
                 (0..).zip(filter).for_each(|(tap, &value)| set(0, tap, value));
             }
@@ -250,11 +239,8 @@ for (var c = batch * size.quads{k} * area{k}; c < end{k}; c += area{k}) {{"
         for q in 0..across {
             let _ = writeln!(s, "{{ let q = block * {across}u + {q}u; if q < size.quads {{");
             for p in 0..tile {
-                let skip = skip_term(
-                    self.skip,
-                    &format!("(p{p} / size.width)"),
-                    &format!("(p{p} % size.width)"),
-                );
+                let [row, column] = ["/", "%"].map(|by| format!("(p{p} {by} size.width)"));
+                let skip = skip_term(self.skip, &row, &column);
                 let mut value = format!("a{p}_{q}{bias}{skip}");
                 if self.rectified {
                     value = rectified(&value);

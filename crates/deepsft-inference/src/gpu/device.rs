@@ -81,9 +81,8 @@ impl Gpu {
         let lost = first(&failure);
         device.set_device_lost_callback(move |_, message| lost(GpuError::Lost(message)));
         let failed = first(&failure);
-        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
-            failed(GpuError::Failed(error.to_string()))
-        }));
+        let failed = move |error: wgpu::Error| failed(GpuError::Failed(error.to_string()));
+        device.on_uncaptured_error(Arc::new(failed));
         Ok(Self {
             has_f16: device.features().contains(wgpu::Features::SHADER_F16),
             device,
@@ -171,17 +170,13 @@ impl Gpu {
             .create_buffer_init(&wgpu::util::BufferInitDescriptor { label, contents, usage })
     }
 
-    /// A buffer of numbers that kernels only read.
-    pub(crate) fn values(&self, values: &[f32]) -> wgpu::Buffer {
-        self.constants(&bytes(values), wgpu::BufferUsages::STORAGE)
-    }
-
-    /// The same in 16 bits.
-    pub(super) fn halves(&self, values: &[f32]) -> wgpu::Buffer {
-        let bytes: Vec<u8> = values
-            .iter()
-            .flat_map(|&value| f16::from_f32(value).to_le_bytes())
-            .collect();
+    /// A buffer of numbers that kernels only read, of 32 bits or of 16.
+    pub(super) fn numbers(&self, values: &[f32], half: bool) -> wgpu::Buffer {
+        let in_half = |&value: &f32| f16::from_f32(value).to_le_bytes();
+        let bytes: Vec<u8> = match half {
+            true => values.iter().flat_map(in_half).collect(),
+            false => values.iter().flat_map(|value| value.to_le_bytes()).collect(),
+        };
         self.constants(&bytes, wgpu::BufferUsages::STORAGE)
     }
 
@@ -220,31 +215,23 @@ impl Gpu {
         buffer: &wgpu::Buffer,
         read: impl FnOnce(&mut dyn Iterator<Item = f32>) -> T,
     ) -> Result<T, GpuError> {
-        let (sender, receiver) = waiting::channel();
-        buffer.map_async(wgpu::MapMode::Read, .., move |result| sender.send(result));
+        let (send, receive) = waiting::channel();
+        buffer.map_async(wgpu::MapMode::Read, .., send);
         // In a browser this does nothing, and the event loop brings the answer.
         let polled = self.device.poll(wgpu::PollType::wait_indefinitely());
         self.check()?;
         polled.map_err(|error| GpuError::Failed(error.to_string()))?;
         let failed = |error: &dyn fmt::Display| self.check().err().unwrap_or(GpuError::Failed(error.to_string()));
-        receiver.await.map_err(|error| failed(&error))?;
+        receive.await.map_err(|error| failed(&error))?;
         // In a browser refusals arrive while it is waited for: what was mapped then holds no results.
         if let Err(error) = self.check() {
             buffer.unmap();
             return Err(error);
         }
         let view = buffer.get_mapped_range(..).map_err(|error| failed(&error))?;
-        let result = read(
-            &mut view
-                .chunks_exact(4)
-                .map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])),
-        );
+        let result = read(&mut view.as_chunks().0.iter().map(|&bytes| f32::from_le_bytes(bytes)));
         drop(view);
         buffer.unmap();
         Ok(result)
     }
-}
-
-fn bytes(values: &[f32]) -> Vec<u8> {
-    values.iter().flat_map(|value| value.to_le_bytes()).collect()
 }

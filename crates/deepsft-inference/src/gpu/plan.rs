@@ -2,7 +2,7 @@
 
 use super::convolution::{self, Scratch};
 use super::device::Gpu;
-use super::shader::{GpuMap, Kernel, quads};
+use super::shader::{GpuMap, Kernel, padded};
 use super::simple;
 use crate::plan::{MapId, MapShape, Operation, Plan, SkipInput};
 use std::ops::Range;
@@ -24,14 +24,11 @@ impl GpuPlan {
     /// Prepares `plan` for a GPU. The maps `kept` can be read after the last step, as can those that the caller writes. What the GPU
     /// refuses, the first run reports.
     pub(crate) fn new(gpu: &Gpu, plan: Plan, kept: &[MapId]) -> Self {
-        let (slots, sizes) = plan.shared_buffers(kept, |channels| 4 * quads(channels));
+        let (slots, sizes) = plan.shared_buffers(kept, padded);
         let Plan { maps: shapes, steps } = plan;
         let buffers: Vec<Buffer> = sizes.into_iter().map(|size| gpu.zeros(size)).collect();
         let needed = steps.iter().map(|step| match &step.operation {
-            Operation::Convolve(convolution) => {
-                let inputs: Vec<MapShape> = convolution.inputs.iter().map(|input| shapes[input.map.0]).collect();
-                convolution::scratch(convolution, &inputs, shapes[step.output.0])
-            }
+            Operation::Convolve(convolution) => convolution::scratch(convolution, &shapes, shapes[step.output.0]),
             Operation::Add(..) | Operation::Pool(_) | Operation::Dense(_) => [4, 4],
         });
         let [read, sums] = needed.fold([4, 4], |most, needed| [0, 1].map(|k| most[k].max(needed[k])));
@@ -55,7 +52,7 @@ impl GpuPlan {
                     let inputs = convolution.inputs.iter();
                     let sources: Vec<_> = inputs.map(|&input| (view(input.map), input)).collect();
                     let skip = convolution.skip.map(skipped);
-                    let made = convolution::kernels(gpu, convolution, &sources, skip, output, &scratch);
+                    let made = convolution::kernels(gpu, (convolution, &shapes), &sources, skip, output, &scratch);
                     kernels.extend(made);
                 }
                 Operation::Pool(pool) => kernels.push(simple::pool(gpu, pool, view(pool.map), output)),

@@ -12,6 +12,11 @@ pub(crate) fn quads(channels: usize) -> usize {
     channels.div_ceil(4)
 }
 
+/// Number of channels of the quads of `channels` channels.
+pub(crate) fn padded(channels: usize) -> usize {
+    4 * quads(channels)
+}
+
 /// A map in its buffer.
 #[derive(Clone, Copy)]
 pub(crate) struct GpuMap<'a> {
@@ -22,10 +27,6 @@ pub(crate) struct GpuMap<'a> {
 }
 
 impl GpuMap<'_> {
-    pub(crate) fn area(&self) -> usize {
-        self.shape.area()
-    }
-
     /// Number of quads of channels.
     pub(crate) fn quads(&self) -> usize {
         quads(self.shape.channels)
@@ -93,7 +94,7 @@ impl<'a> Shader<'a> {
         self.bind_map(&format!("in{k}"), "read", *view);
         for (name, value) in [
             ("quads", view.quads()),
-            ("area", view.area()),
+            ("area", view.shape.area()),
             ("width", view.shape.width),
             ("factor", input.factor),
             ("top", input.cropped[0]),
@@ -109,7 +110,7 @@ impl<'a> Shader<'a> {
         };
         self.bind_map("added", "read", view);
         self.sizes([
-            ("added_area", view.area()),
+            ("added_area", view.shape.area()),
             ("added_width", view.shape.width),
             ("added_factor", factor),
             ("added_top", top),
@@ -137,9 +138,24 @@ if index >= size.count {{ return; }}
         );
         let values: Vec<u8> = self.sizes.iter().flat_map(|(_, value)| value.to_le_bytes()).collect();
         let sizes = gpu.constants(&values, wgpu::BufferUsages::UNIFORM);
-        let mut buffers = self.buffers;
-        buffers.push(&sizes);
-        Kernel::new(gpu, &source, &buffers, [count.div_ceil(GROUP), batches])
+        let pipeline = gpu.pipeline(&source);
+        let entries: Vec<wgpu::BindGroupEntry<'_>> = (0..)
+            .zip(self.buffers.into_iter().chain([&sizes]))
+            .map(|(binding, buffer)| wgpu::BindGroupEntry {
+                binding,
+                resource: buffer.as_entire_binding(),
+            })
+            .collect();
+        let bindings = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: None,
+            layout: &pipeline.get_bind_group_layout(0),
+            entries: &entries,
+        });
+        Kernel {
+            pipeline,
+            bindings,
+            groups: [count.div_ceil(GROUP), batches].map(|count| count as u32),
+        }
     }
 }
 
@@ -152,28 +168,6 @@ pub(crate) struct Kernel {
 }
 
 impl Kernel {
-    /// A kernel of `groups` groups over `buffers`, which are its bindings in their order.
-    fn new(gpu: &Gpu, source: &str, buffers: &[&Buffer], groups: [usize; 2]) -> Self {
-        let pipeline = gpu.pipeline(source);
-        let entries: Vec<wgpu::BindGroupEntry<'_>> = (0..)
-            .zip(buffers)
-            .map(|(binding, buffer)| wgpu::BindGroupEntry {
-                binding,
-                resource: buffer.as_entire_binding(),
-            })
-            .collect();
-        let bindings = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: None,
-            layout: &pipeline.get_bind_group_layout(0),
-            entries: &entries,
-        });
-        Self {
-            pipeline,
-            bindings,
-            groups: groups.map(|count| count as u32),
-        }
-    }
-
     pub(crate) fn run(&self, pass: &mut wgpu::ComputePass<'_>) {
         let [x, y] = self.groups;
         pass.set_pipeline(&self.pipeline);

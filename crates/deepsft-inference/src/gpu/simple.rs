@@ -10,12 +10,11 @@ pub(super) fn sum(gpu: &Gpu, map: GpuMap<'_>, skip: (GpuMap<'_>, SkipInput), out
     shader.bind_map("map", "read", map);
     shader.bind_map("out", "read_write", output);
     shader.skip(Some(skip));
-    shader.size("area", map.area());
-    shader.size("width", map.shape.width);
+    shader.sizes([("area", map.shape.area()), ("width", map.shape.width)]);
     let skip = skip_term(Some(skip), "(at / size.width)", "(at % size.width)");
     let value = stored(output.half, &(as_f32(map.half, "map[index]") + &skip));
     let body = format!("let q = index / size.area; let at = index % size.area;\nout[index] = {value};");
-    shader.kernel(gpu, "", &body, map.area() * map.quads(), 1)
+    shader.kernel(gpu, "", &body, map.shape.area() * map.quads(), 1)
 }
 
 /// The largest values of windows of 3 x 3 positions.
@@ -26,7 +25,7 @@ pub(super) fn pool(gpu: &Gpu, pool: &MaxPool, map: GpuMap<'_>, output: GpuMap<'_
     shader.sizes([
         ("height", map.shape.height),
         ("width", map.shape.width),
-        ("area", output.area()),
+        ("area", output.shape.area()),
         ("across", output.shape.width),
         ("stride", pool.stride),
         ("border", pool.border),
@@ -44,5 +43,5 @@ if row < size.height && column < size.width {{ most = max(most, {value}); }}
 out[index] = {};",
         stored(output.half, "most")
     );
-    shader.kernel(gpu, "", &body, output.area() * output.quads(), 1)
+    shader.kernel(gpu, "", &body, output.shape.area() * output.quads(), 1)
 }

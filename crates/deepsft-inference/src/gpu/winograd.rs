@@ -30,7 +30,7 @@ let top = tile / size.across * {TILE}u; let left = tile % size.across * {TILE}u;
 
 /// Takes what tiles read to the points: B^T d B.
 pub(super) fn input_transform(gpu: &Gpu, sources: &[ShaderInput<'_>], read: GpuMap<'_>, columns: usize) -> Kernel {
-    let (tiles, all) = (read.area(), read.quads());
+    let (tiles, all) = (read.shape.area(), read.quads());
     let [height, width] = sources[0].1.size(sources[0].0.shape);
     let mut shader = Shader::default();
     let mut input = "fn input(quad: u32, row: u32, column: u32) -> vec4f {
@@ -108,10 +108,10 @@ pub(super) fn output_transform(
     output: GpuMap<'_>,
     columns: usize,
 ) -> Kernel {
-    let (tiles, all) = (sums.area(), sums.quads());
+    let (tiles, all) = (sums.shape.area(), sums.quads());
     let mut padded = convolution.filters.biases.clone();
     padded.resize(4 * all, 0.0);
-    let biases = gpu.values(&padded);
+    let biases = gpu.numbers(&padded, false);
     let mut shader = Shader::default();
     shader.bind("sums", "read", sums.buffer);
     shader.bind("biases", "read", &biases);

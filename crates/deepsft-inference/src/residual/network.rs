@@ -2,7 +2,7 @@
 
 use crate::config::{Architecture, NetworkConfig, PaperConfig, R50FConfig};
 use crate::plan::{DenseLayer, LayerInput, MapId, MapShape, MaxPool, Plan, PlanError, SkipInput};
-use crate::weights::{LayerShape, PlanBuilder, Weights};
+use crate::weights::{PlanBuilder, Weights};
 use deepsft_geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH};
 
 /// The paper's network or R50F as a plan, and the maps at which the caller writes and reads.
@@ -40,7 +40,7 @@ impl ResidualPlan {
         let mut network = ResidualBuilder::new(config.width_divisor, weights);
         let image = network.image();
         let main = network.main_block(image)?;
-        let seen = [LayerInput::plain(image), LayerInput::plain(main)];
+        let seen = [image.plain(), main.plain()];
         let depth = network.refinement_block("depth_refinement", &seen, 1)?;
         let correction = network.refinement_block("registration_refinement", &seen, 2)?;
         let outputs = vec![main, depth, correction];
@@ -51,18 +51,12 @@ impl ResidualPlan {
     fn r50f(config: &R50FConfig, weights: &Weights) -> Result<Self, PlanError> {
         let mut network = ResidualBuilder::new(config.width_divisor, weights);
         let image = network.image();
-        let x = network.entry("", &[LayerInput::plain(image)], (2, 1))?;
+        let x = network.entry("", &[image.plain()], [2, 1])?;
         let x = network.stack("encode2", x, [64, 64, 256], KEPT, 2, [0, 0])?;
         let x = network.stack("encode3", x, [128, 128, 512], STRIDE, 3, [0, 0])?;
         let x = network.stack("encode4", x, [256, 256, 1024], STRIDE, 5, [0, 0])?;
-        let x = network.stack(
-            "encode5",
-            x,
-            [512, 512, R50FConfig::ENCODED_CHANNELS],
-            STRIDE,
-            2,
-            [0, 0],
-        )?;
+        let widths = [512, 512, R50FConfig::ENCODED_CHANNELS];
+        let x = network.stack("encode5", x, widths, STRIDE, 2, [0, 0])?;
         let neurons = config.neurons / config.width_divisor;
         let x = network.dense("neurons", x.map, neurons, true)?;
         let outputs = vec![network.dense("maps", x, R50FConfig::MAP_VALUES, false)?];
@@ -84,51 +78,36 @@ impl<'a> ResidualBuilder<'a> {
 
     /// Image -> depth, u, v.
     fn main_block(&mut self, image: MapId) -> Result<MapId, PlanError> {
-        let x = self.entry("main.", &[LayerInput::plain(image)], (3, 0))?;
+        let x = self.entry("main.", &[image.plain()], [3, 0])?;
         let x = self.stack("main.encode2", x, [64, 64, 256], KEPT, 2, [0, 0])?;
         let x = self.stack("main.encode3", x, [128, 128, 512], STRIDE, 3, [0, 0])?;
         let x = self.stack("main.encode4", x, [256, 256, 1024], STRIDE, 5, [0, 0])?;
         let x = self.stack("main.decode5", x, [1024, 1024, 256], KEPT, 5, [0, 0])?;
         let x = self.stack("main.decode6", x, [512, 512, 128], UP_SAMPLING, 3, [0, 1])?;
         let x = self.stack("main.decode7", x, [256, 256, 64], UP_SAMPLING, 2, [0, 0])?;
-        let shape = [64 / self.divisor, 7, 1];
-        let x = self
-            .builder
-            .relu_layer(&[upsampled(x, 3, [1, 1])], "main.smooth", shape, None)?;
-        self.builder.layer(
-            &[upsampled(LayerInput::plain(x), 2, [1, 1])],
-            "main.output",
-            [3, 3, 1],
-            None,
-        )
+        let (seen, shape) = ([upsampled(x, 3, [1, 1])], [64 / self.divisor, 7, 1]);
+        let x = self.builder.relu_layer(&seen, "main.smooth", shape, None)?;
+        let seen = [upsampled(x.plain(), 2, [1, 1])];
+        self.builder.layer(&seen, "main.output", [3, 3, 1], None)
     }
 
     /// Image, depth, u and v -> `outputs` values of each pixel.
     fn refinement_block(&mut self, name: &str, seen: &[LayerInput], outputs: usize) -> Result<MapId, PlanError> {
-        let x = self.entry(&format!("{name}."), seen, (3, 0))?;
+        let x = self.entry(&format!("{name}."), seen, [3, 0])?;
         let x = self.stack(&format!("{name}.encode2"), x, [64, 64, 256], KEPT, 2, [0, 0])?;
         let x = self.stack(&format!("{name}.encode3"), x, [128, 128, 512], STRIDE, 3, [0, 0])?;
         let x = self.stack(&format!("{name}.decode6"), x, [512, 512, 128], UP_SAMPLING, 3, [0, 0])?;
         let x = self.stack(&format!("{name}.decode7"), x, [256, 256, 64], UP_SAMPLING, 2, [1, 1])?;
-        let shape = [outputs, 3, 1];
-        self.builder
-            .layer(&[upsampled(x, 3, [0, 0])], &format!("{name}.output"), shape, None)
+        let (seen, shape) = ([upsampled(x, 3, [0, 0])], [outputs, 3, 1]);
+        self.builder.layer(&seen, &format!("{name}.output"), shape, None)
     }
 
     /// A 7 x 7 convolution and a pooling of this stride and border.
-    fn entry(
-        &mut self,
-        path: &str,
-        seen: &[LayerInput],
-        (stride, border): (usize, usize),
-    ) -> Result<LayerInput, PlanError> {
+    fn entry(&mut self, path: &str, xs: &[LayerInput], [stride, border]: [usize; 2]) -> Result<LayerInput, PlanError> {
         let shape = [64 / self.divisor, 7, 2];
-        let map = self.builder.relu_layer(seen, &format!("{path}entry"), shape, None)?;
-        Ok(LayerInput::plain(self.builder.plan.pool(MaxPool {
-            map,
-            stride,
-            border,
-        })?))
+        let map = self.builder.relu_layer(xs, &format!("{path}entry"), shape, None)?;
+        let map = self.builder.plan.pool(MaxPool { map, stride, border })?;
+        Ok(map.plain())
     }
 
     /// A first block, whose result is read with `cropped` rows left out, and identity blocks.
@@ -158,30 +137,18 @@ impl<'a> ResidualBuilder<'a> {
         [reduced, spatial, expanded]: [usize; 3],
         resizing: Option<Resizing>,
     ) -> Result<LayerInput, PlanError> {
-        let (stride, factor) = resizing.unwrap_or(KEPT);
-        let mut relu_layer = |x: LayerInput, layer: &str, shape: LayerShape, skip: Option<SkipInput>| {
-            self.builder.relu_layer(&[x], &format!("{name}.{layer}"), shape, skip)
-        };
-        let branch = relu_layer(x, "reduce", [reduced, 1, stride], None)?;
-        let branch = relu_layer(
-            upsampled(LayerInput::plain(branch), factor, [0, 0]),
-            "spatial",
-            [spatial, 3, 1],
-            None,
-        )?;
+        let (builder, (stride, factor)) = (&mut self.builder, resizing.unwrap_or(KEPT));
+        let layer = |layer: &str| format!("{name}.{layer}");
+        let branch = builder.relu_layer(&[x], &layer("reduce"), [reduced, 1, stride], None)?;
+        let branch = upsampled(branch.plain(), factor, [0, 0]);
+        let branch = builder.relu_layer(&[branch], &layer("spatial"), [spatial, 3, 1], None)?;
         let (map, top) = match resizing {
-            Some(_) => {
-                let shape = [expanded, 1, stride];
-                (self.builder.layer(&[x], &format!("{name}.shortcut"), shape, None)?, 0)
-            }
+            Some(_) => (builder.layer(&[x], &layer("shortcut"), [expanded, 1, stride], None)?, 0),
             None => (x.map, x.cropped[0]),
         };
         let skip = Some(SkipInput { map, factor, top });
-        let shape = [expanded, 1, 1];
-        let sum = self
-            .builder
-            .relu_layer(&[LayerInput::plain(branch)], &format!("{name}.expand"), shape, skip)?;
-        Ok(LayerInput::plain(sum))
+        let sum = builder.relu_layer(&[branch.plain()], &layer("expand"), [expanded, 1, 1], skip)?;
+        Ok(sum.plain())
     }
 
     fn dense(&mut self, name: &str, map: MapId, outputs: usize, rectified: bool) -> Result<MapId, PlanError> {

@@ -248,7 +248,7 @@ fn what_is_no_number_stays_none() {
             };
             let convolution = Convolution {
                 stride,
-                ..Convolution::new(vec![LayerInput::relu(map)], filters)
+                ..Convolution::new(vec![map.relu()], filters)
             };
             let output = plan.convolve(convolution).unwrap();
             let mut cpu = CpuPlan::with_arch(arch, plan, &[output], 1);
@@ -277,7 +277,7 @@ fn maps_that_are_needed_at_the_same_time_do_not_share_memory() {
             inputs: 3,
             kernel: 1,
         };
-        let convolution = Convolution::new(vec![LayerInput::plain(map)], filters);
+        let convolution = Convolution::new(vec![map.plain()], filters);
         plan.convolve(convolution).unwrap()
     };
     let a = f(&mut plan, x);

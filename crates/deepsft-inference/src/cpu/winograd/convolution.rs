@@ -5,7 +5,7 @@ use super::tiling::Tiling;
 use super::transforms::{InputTransform, OutputTransform};
 use crate::cpu::gemm::{MatrixRows, Overwrite, PackedMatrix, multiply};
 use crate::cpu::layer_spec::LayerRun;
-use crate::cpu::layout::{Scratch, input_channels, padded_channels};
+use crate::cpu::layout::{Scratch, padded_channels};
 use crate::cpu::team::{Chunks, MAX_THREADS, in_parallel};
 use crate::plan::{Convolution, LayerInput, MapShape};
 use pulp::{Simd, WithSimd};
@@ -41,12 +41,9 @@ impl Winograd {
     /// `None` for convolutions that are not of this kind.
     pub(crate) fn new(convolution: &Convolution, output: MapShape, shapes: &[MapShape], width: usize) -> Option<Self> {
         let (filters, first) = (&convolution.filters, convolution.inputs[0]);
-        let (kernel, border, pitch) = (
-            filters.kernel,
-            filters.kernel / 2,
-            padded_channels(filters.biases.len()),
-        );
-        let (channels, inputs) = input_channels(convolution, shapes);
+        let (kernel, border) = (filters.kernel, filters.kernel / 2);
+        let pitch = padded_channels(filters.biases.len());
+        let (channels, inputs) = convolution.input_channels(shapes, padded_channels);
         let is_alike = |input: &LayerInput| (input.factor, input.cropped) == (first.factor, first.cropped);
         let summed = POINTS * inputs * pitch * first.factor * first.factor;
         let is_summed =

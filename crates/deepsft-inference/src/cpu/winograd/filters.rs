@@ -18,21 +18,9 @@ const G4: [[f64; 3]; READ] = [
 /// The same for tiles of 2.
 const G2: [[f64; 3]; 4] = [[1.0, 0.0, 0.0], [0.5, 0.5, 0.5], [0.5, -0.5, 0.5], [0.0, 0.0, 1.0]];
 
-/// A filter of 3 x 3 at the points of tiles of 4: G g G^T.
-#[cfg(feature = "webgpu")]
-pub(crate) fn filter_transform(filter: [[f64; 3]; 3]) -> [f32; POINTS] {
-    std::array::from_fn(|point| at_point(&G4, filter, point))
-}
-
-/// A filter of 3 x 3 at a point of tiles of 2 or 4.
-pub(super) fn filter_at_point(tile: usize, filter: [[f64; 3]; 3], point: usize) -> f32 {
-    match tile {
-        2 => at_point(&G2, filter, point),
-        _ => at_point(&G4, filter, point),
-    }
-}
-
-fn at_point(g: &[[f64; 3]], filter: [[f64; 3]; 3], point: usize) -> f32 {
+/// A filter of 3 x 3 at a point of tiles of 2 or 4: G g G^T.
+pub(crate) fn filter_at_point(tile: usize, filter: [[f64; 3]; 3], point: usize) -> f32 {
+    let g = if tile == 2 { &G2[..] } else { &G4[..] };
     let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
     let column = filter.map(|row| dot(g[point % g.len()], row));
     dot(g[point / g.len()], column) as f32

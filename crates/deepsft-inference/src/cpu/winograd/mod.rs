@@ -16,5 +16,5 @@ mod transforms;
 
 pub(crate) use convolution::Winograd;
 #[cfg(feature = "webgpu")]
-pub(crate) use filters::{POINTS, READ, TILE, filter_transform};
+pub(crate) use filters::{POINTS, READ, TILE, filter_at_point};
 pub use transforms::{InputLines, LineTransform, OutputLines, both_ways, plus};

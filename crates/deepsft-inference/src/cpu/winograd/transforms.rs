@@ -107,11 +107,8 @@ impl OutputTransform<'_> {
     fn run<S: Simd, const TILE: usize, const READ: usize>(self, simd: S) {
         let (tiling, layer, products, out) = (self.tiling, self.layer, self.products, self.out);
         let width = layer.spec.output.width;
-        let (across, factor, pitch) = (
-            tiling.across,
-            tiling.factor,
-            padded_channels(layer.spec.output.channels),
-        );
+        let (across, factor) = (tiling.across, tiling.factor);
+        let pitch = padded_channels(layer.spec.output.channels);
         let (outputs, point_pitch) = (tiling.outputs, tiling.point_pitch());
         let first_row = tiling.rows_made(self.tile_rows.clone()).start;
         let zero = simd.splat_f32s(0.0);
