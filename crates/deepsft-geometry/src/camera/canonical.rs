@@ -77,13 +77,11 @@ impl CanonicalWarp {
     /// [`GeometryError::MapSize`] when the picture is not of the source camera's size.
     pub fn apply(&self, picture: &Picture) -> Result<Picture, GeometryError> {
         check_size(picture.size(), self.source.size())?;
-        Ok(
-            if (self.source.lens(), self.canonical.lens()) == (Lens::Pinhole, Lens::Pinhole) {
-                self.apply_separable(picture)
-            } else {
-                self.apply_sampled(picture)
-            },
-        )
+        if (self.source.lens(), self.canonical.lens()) == (Lens::Pinhole, Lens::Pinhole) {
+            Ok(self.apply_separable(picture))
+        } else {
+            Ok(self.apply_sampled(picture))
+        }
     }
 
     /// Sample by sample, for any camera.

@@ -24,27 +24,6 @@ const LONGEST_RAY_SQUARED: f64 = 1e4;
 const MET: f64 = 1e-13;
 
 impl Lens {
-    /// OpenCV's (k1, k2, p1, p2, k3); a [`Lens::Pinhole`] when all are 0.
-    ///
-    /// # Errors
-    /// [`GeometryError::CameraParameter`] when a coefficient is not finite.
-    pub(super) fn polynomial(coefficients: [f64; 5]) -> Result<Self, GeometryError> {
-        check_finite(["k1", "k2", "p1", "p2", "k3"], coefficients)?;
-        Ok(match coefficients == [0.0; 5] {
-            true => Self::Pinhole,
-            false => Self::Polynomial(coefficients),
-        })
-    }
-
-    /// The (k1, k2, k3, k4) of OpenCV's `cv::fisheye`.
-    ///
-    /// # Errors
-    /// [`GeometryError::CameraParameter`] when a coefficient is not finite.
-    pub(super) fn fisheye(coefficients: [f64; 4]) -> Result<Self, GeometryError> {
-        check_finite(["k1", "k2", "k3", "k4"], coefficients)?;
-        Ok(Self::Fisheye(coefficients))
-    }
-
     /// The same lens turned with its camera by a quarter anticlockwise.
     pub(super) fn turned_anticlockwise(self) -> Self {
         match self {
@@ -56,21 +35,18 @@ impl Lens {
     /// Length of the longest ray (x, y, 1) up to which longer rays land farther out. Beyond it the model
     /// folds back: two rays would have one pixel, and real lenses do not.
     pub(super) fn reach(self) -> f64 {
-        match self {
-            Self::Pinhole => f64::INFINITY,
+        let first_fold = |slope: &[f64], end: f64| roots(slope, end).first().map(|square| square.sqrt());
+        let fold = match self {
+            Self::Pinhole => None,
             Self::Polynomial([k1, k2, _, _, k3]) => {
-                let slope = [1.0, 3.0 * k1, 5.0 * k2, 7.0 * k3];
-                roots(&slope, LONGEST_RAY_SQUARED)
-                    .first()
-                    .map_or(f64::INFINITY, |square| square.sqrt())
+                first_fold(&[1.0, 3.0 * k1, 5.0 * k2, 7.0 * k3], LONGEST_RAY_SQUARED)
             }
             Self::Fisheye([k1, k2, k3, k4]) => {
                 let slope = [1.0, 3.0 * k1, 5.0 * k2, 7.0 * k3, 9.0 * k4];
-                roots(&slope, FRAC_PI_2 * FRAC_PI_2)
-                    .first()
-                    .map_or(f64::INFINITY, |square| square.sqrt().tan())
+                first_fold(&slope, FRAC_PI_2 * FRAC_PI_2).map(f64::tan)
             }
-        }
+        };
+        fold.unwrap_or(f64::INFINITY)
     }
 
     /// Where the ray (x, y, 1) goes: (x', y').
@@ -242,7 +218,8 @@ fn roots(polynomial: &[f64], end: f64) -> Vec<f64> {
     borders.windows(2).filter_map(crossing).collect()
 }
 
-fn check_finite<const N: usize>(names: [&'static str; N], values: [f64; N]) -> Result<(), GeometryError> {
+/// Refuses coefficients that are not finite, by their names.
+pub(super) fn check_finite<const N: usize>(names: [&'static str; N], values: [f64; N]) -> Result<(), GeometryError> {
     match names.into_iter().zip(values).find(|(_, value)| !value.is_finite()) {
         Some((parameter, actual)) => Err(GeometryError::CameraParameter {
             parameter,

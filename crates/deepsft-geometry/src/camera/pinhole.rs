@@ -1,6 +1,6 @@
 //! A camera: intrinsics and lens.
 
-use super::lens::Lens;
+use super::lens::{Lens, check_finite};
 use crate::error::GeometryError;
 use crate::image::ImageSize;
 use glam::{DVec2, DVec3, Vec2Swizzles};
@@ -67,12 +67,16 @@ impl Camera {
         })
     }
 
-    /// The same camera with OpenCV's distortion coefficients (k1, k2, p1, p2, k3).
+    /// The same camera with OpenCV's distortion coefficients (k1, k2, p1, p2, k3); a [`Lens::Pinhole`] when all are 0.
     ///
     /// # Errors
     /// [`GeometryError::CameraParameter`] when a coefficient is not finite.
     pub fn with_distortion(self, distortion: [f64; 5]) -> Result<Self, GeometryError> {
-        Ok(self.with_lens(Lens::polynomial(distortion)?))
+        check_finite(["k1", "k2", "p1", "p2", "k3"], distortion)?;
+        Ok(self.with_lens(match distortion == [0.0; 5] {
+            true => Lens::Pinhole,
+            false => Lens::Polynomial(distortion),
+        }))
     }
 
     /// The same camera with the coefficients (k1, k2, k3, k4) of OpenCV's `cv::fisheye`.
@@ -80,7 +84,8 @@ impl Camera {
     /// # Errors
     /// [`GeometryError::CameraParameter`] when a coefficient is not finite.
     pub fn with_fisheye(self, coefficients: [f64; 4]) -> Result<Self, GeometryError> {
-        Ok(self.with_lens(Lens::fisheye(coefficients)?))
+        check_finite(["k1", "k2", "k3", "k4"], coefficients)?;
+        Ok(self.with_lens(Lens::Fisheye(coefficients)))
     }
 
     fn with_lens(self, lens: Lens) -> Self {
@@ -151,18 +156,14 @@ impl Camera {
 
     /// The same camera with other focal lengths, `scale` times its own: below 1 it sees more.
     pub fn zoomed(&self, scale: f64) -> Self {
-        Self {
-            focal: scale * self.focal,
-            ..*self
-        }
+        let focal = scale * self.focal;
+        Self { focal, ..*self }
     }
 
     /// Whether the two differ in nothing but their focal lengths.
     pub fn is_zoom_of(&self, other: &Self) -> bool {
-        Self {
-            focal: other.focal,
-            ..*self
-        } == *other
+        let focal = other.focal;
+        Self { focal, ..*self } == *other
     }
 
     /// Columns and rows of the image, pixels.
@@ -195,7 +196,6 @@ impl Camera {
     }
 
     /// Projects as [`Camera::project`] does, with the gradients of both coordinates by the point, pixels per mm.
-    /// `None` where that gives none.
     /// `None` where that gives none.
     pub fn project_with_gradients(&self, p_camera: DVec3) -> Option<(DVec2, [DVec3; 2])> {
         let pixel = self.project(p_camera)?;

@@ -4,6 +4,7 @@ use super::report::CompletionEnergy;
 use crate::mesh::{TriangleMesh, nearest_rotation};
 use crate::solver::terms::cotangent;
 use glam::{DMat3, DQuat, DVec3};
+use std::ops::Range;
 
 /// Cotangent weights are kept between these. The lower bound keeps obtuse and degenerate faces from
 /// making the energy indefinite or a vertex loose (a square grid's diagonals have weight 0); the upper one
@@ -28,8 +29,8 @@ pub(super) struct ArapCells {
     neighbours: Vec<usize>,
     weights: Vec<f64>,
     rest: Vec<DVec3>,
-    /// d_i.
-    degrees: Vec<f64>,
+    /// d_i: the sum of a vertex's weights.
+    pub(super) degrees: Vec<f64>,
     /// Sum of w_ij q_ij over j.
     rest_sums: Vec<DVec3>,
     /// Most neighbours of a vertex.
@@ -76,15 +77,11 @@ impl ArapCells {
         }
         let cells = || starts.windows(2).map(|cell| cell[0]..cell[1]);
         let degrees = cells().map(|cell| weights[cell].iter().sum()).collect();
-        let rest_sums = cells()
-            .map(|cell| {
-                weights[cell.clone()]
-                    .iter()
-                    .zip(&rest[cell])
-                    .map(|(w, q)| *w * *q)
-                    .sum()
-            })
-            .collect();
+        let rest_sum = |cell: Range<usize>| {
+            let edges = weights[cell.clone()].iter().zip(&rest[cell]);
+            edges.map(|(w, q)| *w * *q).sum()
+        };
+        let rest_sums = cells().map(rest_sum).collect();
         let max_neighbours = cells().map(|cell| cell.len()).max().unwrap_or(0);
         Self {
             degrees,
@@ -108,11 +105,6 @@ impl ArapCells {
     pub(super) fn edges(&self, i: usize) -> impl Iterator<Item = (usize, f64, DVec3)> + '_ {
         let edges = self.starts[i]..self.starts[i + 1];
         edges.map(|k| (self.neighbours[k], self.weights[k], self.rest[k]))
-    }
-
-    /// d_i: the sum of a vertex's weights.
-    pub(super) fn degree(&self, i: usize) -> f64 {
-        self.degrees[i]
     }
 
     /// The best rotation of cell `i` with deformed edges `edges`, searched from `guess`.

@@ -141,13 +141,10 @@ impl ArapCompletion {
         let mut step = vec![DVec3::ZERO; rotations.len()];
         let mut quasi_newton = QuasiNewton::default();
 
+        let (prior, matrix, components) = (&self.prior, &mut self.matrix, &self.components);
         let extended = match start {
             Some(_) => None,
-            None => {
-                let (prior, matrix) = (&self.prior, &mut self.matrix);
-                let extended = extended_rotations(prior, matrix, &self.components, &visible, &rotations)?;
-                Some(extended)
-            }
+            None => Some(extended_rotations(prior, matrix, components, &visible, &rotations)?),
         };
         let holds = self.components.tie(visible.weights.clone(), self.options.arap_weight);
         self.matrix.factorize(&holds)?;

@@ -23,7 +23,7 @@ impl Stiffness {
         let (mut starts, mut rows, mut laplacian) = (vec![0], vec![], vec![]);
         for i in 0..n {
             rows.push(i);
-            laplacian.push(weight * prior.degree(i));
+            laplacian.push(weight * prior.degrees[i]);
             for (j, edge, _) in prior.edges(i).filter(|edge| edge.0 > i) {
                 rows.push(j);
                 laplacian.push(-weight * edge);

@@ -107,16 +107,14 @@ impl VisibleVertices {
                 }
             }
         }
-        let found = self.vertices.iter().zip(best);
-        Ok(found
-            .filter_map(|(vertex, best)| {
-                best.map(|(_, p_camera)| VertexPoint {
-                    vertex: vertex.vertex,
-                    p_camera,
-                    weight: 1.0,
-                })
+        let found = |(vertex, best): (&ChartVertex, Option<(f64, DVec3)>)| {
+            Some(VertexPoint {
+                vertex: vertex.vertex,
+                p_camera: best?.1,
+                weight: 1.0,
             })
-            .collect())
+        };
+        Ok(self.vertices.iter().zip(best).filter_map(found).collect())
     }
 
     /// The 3D point of each pixel that can be used.
@@ -126,13 +124,12 @@ impl VisibleVertices {
         let pixels = maps.depth().iter().zip(maps.registration());
         let mut kept: Vec<f32> = pixels.map(|pixel| f32::from(u8::from(usable(pixel)))).collect();
         erode(&mut kept, maps.size().width, self.margin_px);
-        (0..kept.len())
-            .map(|pixel| {
-                let (x, y) = (pixel % maps.size().width, pixel / maps.size().width);
-                let centre = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
-                (kept[pixel] > 0.0).then(|| camera.unproject(centre, f64::from(maps.depth()[pixel])))
-            })
-            .collect()
+        let point = |pixel: usize| {
+            let (x, y) = (pixel % maps.size().width, pixel / maps.size().width);
+            let centre = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
+            (kept[pixel] > 0.0).then(|| camera.unproject(centre, f64::from(maps.depth()[pixel])))
+        };
+        (0..kept.len()).map(point).collect()
     }
 
     /// Offers the triangle to the vertices in it.
@@ -148,11 +145,9 @@ impl VisibleVertices {
             for column in columns.clone() {
                 for index in self.grid.cell(column, row) {
                     let (vertex, best) = (&self.vertices[index], &mut best[index]);
-                    let Some((score, point)) = triangle.point_at(vertex) else {
-                        continue;
-                    };
-                    if best.is_none_or(|(other, _)| score > other) {
-                        *best = Some((score, point));
+                    let found = triangle.point_at(vertex);
+                    if found.is_some_and(|(score, _)| best.is_none_or(|(other, _)| score > other)) {
+                        *best = found;
                     }
                 }
             }

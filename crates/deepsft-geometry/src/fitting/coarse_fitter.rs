@@ -121,10 +121,8 @@ impl CoarseFitter {
         camera: &Camera,
         terms: &[&dyn Energy],
     ) -> Result<Vec<DVec3>, GeometryError> {
-        let start = match &from.mesh {
-            Some(mesh) => mesh.clone(),
-            None => self.aligned(&from.measured, camera),
-        };
+        let mesh = from.mesh.clone();
+        let start = mesh.unwrap_or_else(|| self.aligned(&from.measured, camera));
         let coarse = &mut self.mesh_fitter.coarse;
         coarse.solve_by_continuation(terms, start, CONTINUATION_STEPS)
     }
@@ -196,31 +194,22 @@ impl CoarseFitter {
         let count = located.len().max(1) as f64;
         let deviation = self.options.registration_deviation_px;
         let weight = independent / count / (deviation * deviation);
-        let points: Vec<ImagePoint> = located
-            .iter()
-            .map(|&(point, m)| ImagePoint {
-                point,
-                pixel: m.pixel,
-                weight: weight * hold(&point),
-            })
-            .collect();
-        let depths: Vec<PointDepth> = located
-            .iter()
-            .map(|&(point, m)| PointDepth {
-                point,
-                depth: m.depth_mm,
-                deviation: self.options.depth_deviation * m.depth_mm,
-            })
-            .collect();
-        Ok((
-            Reprojection::new(mesh, camera, &points, Robust::Cauchy(1.5 * deviation))?,
-            DepthPrior::new(
-                mesh,
-                &depths,
-                self.options.independent_depths / count,
-                Robust::Cauchy(2.0),
-            )?,
-        ))
+        let image_point = |&(point, m): &(SurfacePoint, &Measurement)| ImagePoint {
+            point,
+            pixel: m.pixel,
+            weight: weight * hold(&point),
+        };
+        let points: Vec<ImagePoint> = located.iter().map(image_point).collect();
+        let reprojection = Reprojection::new(mesh, camera, &points, Robust::Cauchy(1.5 * deviation))?;
+        let point_depth = |&(point, m): &(SurfacePoint, &Measurement)| PointDepth {
+            point,
+            depth: m.depth_mm,
+            deviation: self.options.depth_deviation * m.depth_mm,
+        };
+        let depths: Vec<PointDepth> = located.iter().map(point_depth).collect();
+        let weight = self.options.independent_depths / count;
+        let depths = DepthPrior::new(mesh, &depths, weight, Robust::Cauchy(2.0))?;
+        Ok((reprojection, depths))
     }
 
     /// The flat coarse sheet where the measurements are.
@@ -230,13 +219,8 @@ impl CoarseFitter {
             Some((p_template, camera.unproject(m.pixel, m.depth_mm), 1.0))
         });
         let motion = RigidMotion::align(pairs, RigidMotion::IDENTITY);
-        self.mesh_fitter
-            .coarse
-            .mesh
-            .vertices()
-            .iter()
-            .map(|&p| motion.apply(p))
-            .collect()
+        let vertices = self.mesh_fitter.coarse.mesh.vertices().iter();
+        vertices.map(|&p| motion.apply(p)).collect()
     }
 
     /// How much of the image confirms a coarse mesh, where the image shows anything at all.

@@ -29,9 +29,7 @@ impl GridInterpolation {
     }
 
     fn by(from: &Template, to: &TriangleMesh, kernel: impl Fn(f64) -> [f64; 4]) -> Result<Self, GeometryError> {
-        let (columns, rows) = from.grid().ok_or(GeometryError::NotASheet {
-            operation: "interpolation between grids",
-        })?;
+        let (columns, rows) = from.expect_sheet("interpolation between grids")?;
         let along = |t: f64, count: usize| -> Vec<(usize, f64)> {
             let at = t.clamp(0.0, 1.0) * (count - 1) as f64;
             let cell = (at as usize).min(count - 2);
@@ -55,10 +53,8 @@ impl GridInterpolation {
         let weights = |uv: &DVec2| {
             let (across, down) = (along(uv.x, columns), along(uv.y, rows));
             let row = |&(j, b): &(usize, f64)| {
-                across
-                    .iter()
-                    .map(move |&(i, a)| (j * columns + i, a * b))
-                    .collect::<Vec<_>>()
+                let weights = across.iter().map(move |&(i, a)| (j * columns + i, a * b));
+                weights.collect::<Vec<_>>()
             };
             down.iter().flat_map(row).collect()
         };

@@ -30,10 +30,7 @@ pub struct Measurement {
 /// Measurements on a grid of pixels, away from the mask's edge and from breaks of the registration.
 pub fn measurements(maps: &Maps, template: &Template) -> Vec<Measurement> {
     let (width, height) = (maps.size().width, maps.size().height);
-    let at = |x: usize, y: usize| {
-        let [u, v] = maps.registration()[y * width + x];
-        template.point_template(DVec2::new(f64::from(u), f64::from(v)))
-    };
+    let at = |x: usize, y: usize| template.point_template(maps.uv(y * width + x));
     let inside = |x: usize, y: usize| maps.inside(y * width + x);
     let mut found = Vec::new();
     for y in (STEP..height.saturating_sub(STEP)).step_by(STEP) {
@@ -53,10 +50,9 @@ pub fn measurements(maps: &Maps, template: &Template) -> Vec<Measurement> {
                 continue;
             }
             let pixel = y * width + x;
-            let [u, v] = maps.registration()[pixel].map(f64::from);
             found.push(Measurement {
                 pixel: DVec2::new(x as f64 + 0.5, y as f64 + 0.5),
-                uv: DVec2::new(u, v),
+                uv: maps.uv(pixel),
                 depth_mm: f64::from(maps.depth()[pixel]),
             });
         }

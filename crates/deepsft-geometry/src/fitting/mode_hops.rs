@@ -51,11 +51,10 @@ pub(super) fn best_of_mode_hops<'a>(
             let is_another = around
                 .as_ref()
                 .is_some_and(|around| !is_same_place(&found, &around.1, side));
-            let lesser = match &around {
-                Some((most, ..)) if *most >= confirmed => confirmed,
-                _ => around
-                    .replace((confirmed, found, from))
-                    .map_or(0.0, |(confirmed, ..)| confirmed),
+            let most = around.as_ref().map(|(most, ..)| *most);
+            let lesser = match most.filter(|most| *most >= confirmed) {
+                Some(_) => confirmed,
+                None => around.replace((confirmed, found, from)).map_or(0.0, |(most, ..)| most),
             };
             // Two motions may lead to one place: it is not its own rival.
             if is_another {
@@ -71,23 +70,14 @@ pub(super) fn best_of_mode_hops<'a>(
         best = around;
     }
     let (confirmed, found, from) = best;
-    let ambiguity = if confirmed > 0.0 {
-        (next / confirmed).min(1.0)
-    } else {
-        1.0
-    };
-    Ok((found, from, Some(ambiguity)))
+    let ambiguity = (confirmed > 0.0).then(|| (next / confirmed).min(1.0));
+    Ok((found, from, ambiguity.or(Some(1.0))))
 }
 
 /// Whether two coarse meshes lie on each other: then one has slid back.
 fn is_same_place(a: &Fitted, b: &Fitted, side: f64) -> bool {
-    let apart = a
-        .vertices
-        .iter()
-        .zip(&b.vertices)
-        .map(|(a, b)| a.distance(*b))
-        .sum::<f64>();
-    apart < SAME_PLACE * side * a.vertices.len() as f64
+    let ways = a.vertices.iter().zip(&b.vertices).map(|(a, b)| a.distance(*b));
+    ways.sum::<f64>() < SAME_PLACE * side * a.vertices.len() as f64
 }
 
 #[cfg(test)]

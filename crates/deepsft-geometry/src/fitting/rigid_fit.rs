@@ -71,16 +71,14 @@ pub(crate) fn rigid_fit(
         let excess = (turn.length() / LONGEST_STEP)
             .max(shift.length() / (LONGEST_STEP * centre.z))
             .max(1.0);
-        let candidate = (
-            (DQuat::from_scaled_axis(turn / excess) * rotation).normalize(),
-            translation + shift / excess,
-        );
-        let there = cost(candidate.0, candidate.1);
+        let turned = (DQuat::from_scaled_axis(turn / excess) * rotation).normalize();
+        let shifted = translation + shift / excess;
+        let there = cost(turned, shifted);
         // A cost that is not a number is no improvement either.
         if there.partial_cmp(&here) != Some(Ordering::Less) {
             break;
         }
-        (rotation, translation) = candidate;
+        (rotation, translation) = (turned, shifted);
         let settled = here - there < 1e-3 * here;
         here = there;
         if settled {
@@ -154,14 +152,11 @@ mod tests {
         }
         let moved: Vec<_> = points.iter().map(|&(_, there, printed)| (there, printed)).collect();
         let back = rigid_fit(&image, &camera, &moved, Robust::Cauchy(0.8), 20);
-        let worst = points
-            .iter()
-            .map(|&(p, there, _)| back(there).distance(p))
-            .fold(0.0, f64::max);
-        let start = points
-            .iter()
-            .map(|&(p, there, _)| there.distance(p))
-            .fold(0.0, f64::max);
+        let farthest = |placed: &dyn Fn(DVec3) -> DVec3| {
+            let ways = points.iter().map(|&(p, there, _)| placed(there).distance(p));
+            ways.fold(0.0, f64::max)
+        };
+        let (worst, start) = (farthest(&back), farthest(&|there| there));
         assert!(start > 8.0 && worst < 1.0, "{worst} of {start} mm are left");
     }
 

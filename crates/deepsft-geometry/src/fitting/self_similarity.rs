@@ -141,9 +141,8 @@ impl SmallPrint {
                 (index / columns) as isize + 1 - other.height as isize,
             ]
         };
-        let all: Vec<f32> = (0..columns * rows)
-            .map(|index| self.correlation(other, place(index)))
-            .collect();
+        let places = (0..columns * rows).map(place);
+        let all: Vec<f32> = places.map(|place| self.correlation(other, place)).collect();
         let highest_around = |index: usize| {
             let (x, y) = ((index % columns) as isize, (index / columns) as isize);
             let around = (-PEAK..=PEAK).flat_map(|dy| (-PEAK..=PEAK).map(move |dx| (x + dx, y + dy)));
@@ -152,10 +151,8 @@ impl SmallPrint {
                 .all(|(x, y)| all[y as usize * columns + x as usize] <= all[index])
         };
         let is_peak = |&index: &usize| all[index] >= ALIKE && highest_around(index);
-        (0..all.len())
-            .filter(is_peak)
-            .map(|index| (place(index), all[index]))
-            .collect()
+        let peaks = (0..all.len()).filter(is_peak);
+        peaks.map(|index| (place(index), all[index])).collect()
     }
 }
 
@@ -163,12 +160,8 @@ impl SmallPrint {
 fn dot(a: &[f32], b: &[f32]) -> f32 {
     const LANES: usize = 16;
     let (a_chunks, b_chunks) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
-    let rest: f32 = a_chunks
-        .remainder()
-        .iter()
-        .zip(b_chunks.remainder())
-        .map(|(a, b)| a * b)
-        .sum();
+    let rest = a_chunks.remainder().iter().zip(b_chunks.remainder());
+    let rest: f32 = rest.map(|(a, b)| a * b).sum();
     let mut sums = [0.0; LANES];
     for (a, b) in a_chunks.zip(b_chunks) {
         for (sum, (a, b)) in sums.iter_mut().zip(a.iter().zip(b)) {

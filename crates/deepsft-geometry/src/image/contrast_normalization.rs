@@ -51,7 +51,6 @@ impl ContrastNormalizedImage {
 
     /// Samples value and gradient (per pixel) at an image position, bilinear, pixel centres at half integers. `None`
     /// outside the outermost pixel centres.
-    /// `None` outside the outermost pixel centres.
     #[inline]
     pub fn sample(&self, at: DVec2) -> Option<(f64, DVec2)> {
         let p = at - 0.5;
@@ -187,10 +186,7 @@ impl ContrastNormalizer {
         for (y, row) in values.chunks_exact_mut(self.region.width.max(1)).enumerate() {
             let (above, below, b) = place(y, rows);
             let lerp = |cells: &[f32], out: &mut [f32]| {
-                let (above, below) = (
-                    &cells[above * columns..][..columns],
-                    &cells[below * columns..][..columns],
-                );
+                let [above, below] = [above, below].map(|row| &cells[row * columns..][..columns]);
                 for ((o, a), c) in out.iter_mut().zip(above).zip(below) {
                     *o = a + b * (c - a);
                 }

@@ -15,18 +15,11 @@ const NEAR_MM: f64 = 20.0;
 /// leaves no gap between two triangles. 1e-9 of a triangle is far below the accuracy of any map.
 const EDGE_TOLERANCE: f64 = 1e-9;
 
-/// An affine function of the image position: `x`, `y` in pixels.
-#[derive(Clone, Copy, Debug)]
-struct Plane {
-    dx: f64,
-    dy: f64,
-    origin: f64,
-}
+/// An affine function of the image position in pixels: its changes to the right and down, and its value at the origin.
+type Plane = DVec3;
 
-impl Plane {
-    fn at(&self, x: f64, y: f64) -> f64 {
-        self.dx * x + self.dy * y + self.origin
-    }
+fn at(plane: Plane, x: f64, y: f64) -> f64 {
+    plane.x * x + plane.y * y + plane.z
 }
 
 /// A triangle in the image. Over a flat triangle 1/z, u/z and v/z are affine in the image position.
@@ -60,34 +53,35 @@ pub struct SeenPoint {
 impl ImageTriangle {
     /// Depth in mm at an image position.
     pub fn depth_mm(&self, x: f64, y: f64) -> f64 {
-        1.0 / self.inverse_depth.at(x, y)
+        1.0 / at(self.inverse_depth, x, y)
     }
 
     /// Depth, texture coordinates and their change per pixel at an image position.
     pub fn seen_point(&self, x: f64, y: f64) -> SeenPoint {
         let depth_mm = self.depth_mm(x, y);
-        let uv = DVec2::new(self.u_over_depth.at(x, y), self.v_over_depth.at(x, y)) * depth_mm;
+        let uv = DVec2::new(at(self.u_over_depth, x, y), at(self.v_over_depth, x, y)) * depth_mm;
         // d(u) = d(u/z z) = (d(u/z) - u d(1/z)) z
-        let change = |u: f64, v: f64, w: f64| (DVec2::new(u, v) - uv * w) * depth_mm;
+        let (u, v, w) = (self.u_over_depth, self.v_over_depth, self.inverse_depth);
+        let change = |axis: usize| (DVec2::new(u[axis], v[axis]) - uv * w[axis]) * depth_mm;
         SeenPoint {
             depth_mm,
             uv: uv.clamp(DVec2::ZERO, DVec2::ONE),
-            duv_dx: change(self.u_over_depth.dx, self.v_over_depth.dx, self.inverse_depth.dx),
-            duv_dy: change(self.u_over_depth.dy, self.v_over_depth.dy, self.inverse_depth.dy),
+            duv_dx: change(0),
+            duv_dy: change(1),
         }
     }
 
     /// Weights of the face's corners for the point of the triangle at an image position; they sum to 1.
     pub fn barycentric(&self, x: f64, y: f64) -> [f64; 3] {
         let depth = self.depth_mm(x, y);
-        [0, 1, 2].map(|k| self.barycentric[k].at(x, y) / self.corner_depths[k] * depth)
+        [0, 1, 2].map(|k| at(self.barycentric[k], x, y) / self.corner_depths[k] * depth)
     }
 
     /// Interpolates the unit normal at an image position, turned to the camera's side when the back is seen.
     pub fn normal(&self, x: f64, y: f64) -> Vec3 {
         let mut normal = Vec3::ZERO;
-        for (plane, corner) in self.barycentric.iter().zip(self.normal_over_depth) {
-            normal += corner * plane.at(x, y) as f32;
+        for (plane, corner) in self.barycentric.into_iter().zip(self.normal_over_depth) {
+            normal += corner * at(plane, x, y) as f32;
         }
         let normal = normal.normalize_or(Vec3::NEG_Z);
         if self.front { normal } else { -normal }
@@ -117,20 +111,9 @@ fn project_mesh(mesh: &TriangleMesh, vertices_camera: &[DVec3], camera: &Camera)
             }
             let barycentric = [0, 1, 2].map(|k| {
                 let (p, q) = (corners[(k + 1) % 3], corners[(k + 2) % 3]);
-                Plane {
-                    dx: (p.y - q.y) / area,
-                    dy: (q.x - p.x) / area,
-                    origin: p.perp_dot(q) / area,
-                }
+                DVec3::new(p.y - q.y, q.x - p.x, p.perp_dot(q)) / area
             });
-            let interpolate = |value: [f64; 3]| {
-                let sum = |part: fn(&Plane) -> f64| (0..3).map(|k| part(&barycentric[k]) * value[k] / depth[k]).sum();
-                Plane {
-                    dx: sum(|p| p.dx),
-                    dy: sum(|p| p.dy),
-                    origin: sum(|p| p.origin),
-                }
-            };
+            let interpolate = |value: [f64; 3]| -> Plane { (0..3).map(|k| barycentric[k] * value[k] / depth[k]).sum() };
             let uv = face.map(|v| mesh.texture_coordinates()[v]);
             Some(ImageTriangle {
                 corners,
@@ -200,18 +183,18 @@ impl Visibility {
             // The columns in which all three barycentric coordinates are positive.
             let (mut first, mut last) = (f64::NEG_INFINITY, f64::INFINITY);
             for plane in &triangle.barycentric {
-                let at_left = plane.dy * y + plane.origin + EDGE_TOLERANCE;
-                if plane.dx > 0.0 {
-                    first = first.max(-at_left / plane.dx);
-                } else if plane.dx < 0.0 {
-                    last = last.min(-at_left / plane.dx);
+                let at_left = plane.y * y + plane.z + EDGE_TOLERANCE;
+                if plane.x > 0.0 {
+                    first = first.max(-at_left / plane.x);
+                } else if plane.x < 0.0 {
+                    last = last.min(-at_left / plane.x);
                 } else if at_left < 0.0 {
                     last = f64::NEG_INFINITY;
                 }
             }
             let start = (row - self.region.top) * self.region.width;
             for column in whole_numbers(first - self.offset.x, last - self.offset.x, &self.region.columns()) {
-                let inverse_depth = triangle.inverse_depth.at(column as f64 + self.offset.x, y) as f32;
+                let inverse_depth = at(triangle.inverse_depth, column as f64 + self.offset.x, y) as f32;
                 let pixel = start + column - self.region.left;
                 if inverse_depth > self.inverse_depth[pixel] {
                     self.inverse_depth[pixel] = inverse_depth;
@@ -292,13 +275,9 @@ impl VisibleSurface {
         let width = self.camera.size().width;
         let mut maps = Maps::empty(self.camera.size());
         for (column, row, _, triangle) in self.front() {
-            let at = self.centres.position(column, row);
+            let (pixel, at) = (row * width + column, self.centres.position(column, row));
             let point = triangle.seen_point(at.x, at.y);
-            maps.set(
-                row * width + column,
-                point.depth_mm as f32,
-                point.uv.as_vec2().to_array(),
-            );
+            maps.set(pixel, point.depth_mm as f32, point.uv.as_vec2().to_array());
         }
         maps
     }

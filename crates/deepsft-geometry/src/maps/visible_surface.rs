@@ -31,18 +31,16 @@ pub fn visible_surface(maps: &Maps, camera: &Camera) -> Result<TriangleMesh, Tem
             return;
         }
         let depths = corners.map(depth);
-        let (near, far) = depths
-            .iter()
-            .fold((f64::MAX, f64::MIN), |(low, high), &d| (low.min(d), high.max(d)));
+        let near = depths.into_iter().fold(f64::MAX, f64::min);
+        let far = depths.into_iter().fold(f64::MIN, f64::max);
         if far - near > jump * near {
             return;
         }
         faces.push(corners.map(|(i, j)| {
             *index[j * columns + i].get_or_insert_with(|| {
                 let centre = DVec2::new((i * STEP) as f64 + 0.5, (j * STEP) as f64 + 0.5);
-                let [u, v] = maps.registration()[pixel(i, j)];
                 vertices.push(camera.unproject(centre, depth((i, j))));
-                texture_coordinates.push(DVec2::new(f64::from(u), f64::from(v)));
+                texture_coordinates.push(maps.uv(pixel(i, j)));
                 vertices.len() - 1
             })
         }));

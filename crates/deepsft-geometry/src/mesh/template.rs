@@ -53,7 +53,8 @@ impl Template {
                 return Err(TemplateError::Size { side, actual });
             }
         }
-        Self::with_cells(texture, width_mm, height_mm, width_mm.hypot(height_mm) * CELL_FRACTION)
+        let cell = width_mm.hypot(height_mm) * CELL_FRACTION;
+        Self::with_cells(texture, DVec2::new(width_mm, height_mm), cell)
     }
 
     /// Makes a template of any shape from its rest mesh, which carries `texture`. The mesh is in mm, template frame,
@@ -115,21 +116,17 @@ impl Template {
         let cell = self.size_mm.length() * CELL_FRACTION * times as f64;
         // Nothing is drawn with it.
         let picture = Picture::from_fn(1, 1, |_, _| [0; 3]);
-        Ok(Self::with_cells(picture, self.size_mm.x, self.size_mm.y, cell)?)
+        Ok(Self::with_cells(picture, self.size_mm, cell)?)
     }
 
-    fn expect_sheet(&self, operation: &'static str) -> Result<(usize, usize), GeometryError> {
+    pub(crate) fn expect_sheet(&self, operation: &'static str) -> Result<(usize, usize), GeometryError> {
         self.grid().ok_or(GeometryError::NotASheet { operation })
     }
 
-    fn with_cells(texture: Picture, width_mm: f64, height_mm: f64, cell: f64) -> Result<Self, TemplateError> {
+    fn with_cells(texture: Picture, size_mm: DVec2, cell: f64) -> Result<Self, TemplateError> {
         let cells = |side: f64| ((side / cell).ceil() as usize).clamp(2, 64);
-        Self::of_grid(
-            Arc::new(texture),
-            width_mm,
-            height_mm,
-            (cells(width_mm) + 1, cells(height_mm) + 1),
-        )
+        let grid = (cells(size_mm.x) + 1, cells(size_mm.y) + 1);
+        Self::of_grid(Arc::new(texture), size_mm, grid)
     }
 
     /// Subdivides the sheet's grid: every cell is cut into four. A method that fits the ordinary mesh is tried on it,
@@ -140,12 +137,7 @@ impl Template {
     pub fn finer(&self) -> Result<Self, GeometryError> {
         let (columns, rows) = self.expect_sheet("a finer grid")?;
         let grid = (2 * columns - 1, 2 * rows - 1);
-        Ok(Self::of_grid(
-            self.texture.clone(),
-            self.size_mm.x,
-            self.size_mm.y,
-            grid,
-        )?)
+        Ok(Self::of_grid(self.texture.clone(), self.size_mm, grid)?)
     }
 
     /// The same surface with another texture on it.
@@ -157,19 +149,14 @@ impl Template {
     }
 
     /// A sheet whose mesh has `columns` x `rows` vertices, at least two each.
-    fn of_grid(
-        texture: Arc<Picture>,
-        width_mm: f64,
-        height_mm: f64,
-        (columns, rows): (usize, usize),
-    ) -> Result<Self, TemplateError> {
+    fn of_grid(texture: Arc<Picture>, size_mm: DVec2, (columns, rows): (usize, usize)) -> Result<Self, TemplateError> {
         let mut vertices = Vec::with_capacity(columns * rows);
         let mut texture_coordinates = Vec::with_capacity(columns * rows);
         for j in 0..rows {
             for i in 0..columns {
                 let uv = DVec2::new(i as f64 / (columns - 1) as f64, j as f64 / (rows - 1) as f64);
                 texture_coordinates.push(uv);
-                vertices.push(DVec3::new((uv.x - 0.5) * width_mm, (uv.y - 0.5) * height_mm, 0.0));
+                vertices.push(((uv - 0.5) * size_mm).extend(0.0));
             }
         }
         let mut faces = Vec::with_capacity(2 * (columns - 1) * (rows - 1));
@@ -188,7 +175,7 @@ impl Template {
         let mesh = TriangleMesh::new(vertices, texture_coordinates, faces)?;
         Ok(Self {
             shape: Shape::Sheet { columns, rows },
-            size_mm: DVec2::new(width_mm, height_mm),
+            size_mm,
             mesh,
             texture,
         })

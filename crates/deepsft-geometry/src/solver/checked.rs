@@ -4,11 +4,7 @@ use super::energy::Robust;
 use crate::error::GeometryError;
 
 pub(crate) fn check_weight(term: &'static str, weight: f64) -> Result<(), GeometryError> {
-    if weight.is_finite() && weight >= 0.0 {
-        Ok(())
-    } else {
-        Err(GeometryError::Weight { term, actual: weight })
-    }
+    check(term, weight, weight >= 0.0)
 }
 
 /// The scale of a robust function, if it has one.
@@ -20,9 +16,12 @@ pub(crate) fn check_robust(term: &'static str, robust: Robust) -> Result<(), Geo
 }
 
 pub(crate) fn check_scale(term: &'static str, scale: f64) -> Result<(), GeometryError> {
-    if scale.is_finite() && scale > 0.0 {
-        Ok(())
-    } else {
-        Err(GeometryError::Weight { term, actual: scale })
+    check(term, scale, scale > 0.0)
+}
+
+fn check(term: &'static str, actual: f64, is_in_range: bool) -> Result<(), GeometryError> {
+    match actual.is_finite() && is_in_range {
+        true => Ok(()),
+        false => Err(GeometryError::Weight { term, actual }),
     }
 }

@@ -11,9 +11,6 @@ pub fn mean_edge_length(template: &TriangleMesh) -> Result<f64, GeometryError> {
     let (edges, v) = (template.edges(), template.vertices());
     let sum: f64 = edges.iter().map(|&[a, b]| v[a].distance(v[b])).sum();
     let mean = sum / edges.len() as f64;
-    if mean.is_finite() && mean > 0.0 {
-        Ok(mean)
-    } else {
-        Err(GeometryError::MeshWithoutExtent)
-    }
+    let is_length = mean.is_finite() && mean > 0.0;
+    is_length.then_some(mean).ok_or(GeometryError::MeshWithoutExtent)
 }

@@ -108,11 +108,9 @@ impl Tracker {
         camera: &Camera,
     ) -> Result<&Tracked, GeometryError> {
         Observation::new(&image.0.whole, camera)?;
-        let goes_on = self
-            .frames
-            .back()
-            .is_none_or(|last| frame > last.frame && time_s > last.time_s && camera.is_zoom_of(&last.camera));
-        if !goes_on {
+        let is_next =
+            |last: &RememberedFrame| frame > last.frame && time_s > last.time_s && camera.is_zoom_of(&last.camera);
+        if !self.frames.back().is_none_or(is_next) {
             self.reset();
         }
         self.frames.push_back(RememberedFrame {
@@ -214,10 +212,8 @@ impl Tracker {
 
     /// Correlation of image and print in the newest frame; 0 while nothing is followed.
     fn correlation(&self) -> f64 {
-        self.current
-            .surface
-            .as_ref()
-            .map_or(0.0, |surface| surface.verdict.correlation)
+        let surface = self.current.surface.as_ref();
+        surface.map_or(0.0, |surface| surface.verdict.correlation)
     }
 
     /// Whether the mesh in frame `index` shows four fifths of what is `measured` where it was measured.
@@ -227,10 +223,8 @@ impl Tracker {
         };
         let coarse = &self.fitter.mesh_fitter.coarse;
         let distance = |m: &Measurement| {
-            let position = coarse
-                .locator
-                .locate(m.uv)?
-                .position(coarse.mesh.faces(), &mesh.vertices);
+            let point = coarse.locator.locate(m.uv)?;
+            let position = point.position(coarse.mesh.faces(), &mesh.vertices);
             Some(camera.project(position)?.distance(m.pixel))
         };
         let mut distances: Vec<f64> = measured.iter().filter_map(distance).collect();
@@ -378,8 +372,7 @@ impl Tracker {
         } else {
             self.options.min_correlation
         };
-        let confirmed = mesh.correlation.whole >= enough && in_view;
-        if confirmed {
+        if mesh.correlation.whole >= enough && in_view {
             self.missed = 0;
             self.frames[newest].mesh = Some(mesh);
             return self.show(newest);
@@ -389,10 +382,8 @@ impl Tracker {
         let is_over = self.frames[newest].time_s - confirmed_s >= self.options.patience_s;
         // What has left the view has nothing to come back with: no patience.
         if (is_over && self.missed >= MIN_MISSED) || !in_view {
-            let iterations = mesh.iterations;
             self.lose();
-            self.current.frame = self.frames[newest].frame;
-            self.current.iterations = iterations;
+            (self.current.frame, self.current.iterations) = (self.frames[newest].frame, mesh.iterations);
             return;
         }
         // Stand still: the next frame may show it again.

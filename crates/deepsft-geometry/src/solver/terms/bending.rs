@@ -56,11 +56,8 @@ fn hinge(v: &[DVec3], vertices: [usize; 4]) -> Option<([usize; 4], [f64; 4], f64
     let [x0, x1, x2, x3] = vertices.map(|i| v[i]);
     let ((c01, area0), (c02, area1)) = (cotangent(x0, x1, x2)?, cotangent(x0, x1, x3)?);
     let ((c03, _), (c04, _)) = (cotangent(x1, x0, x2)?, cotangent(x1, x0, x3)?);
-    Some((
-        vertices,
-        [c03 + c04, c01 + c02, -c01 - c03, -c02 - c04],
-        3.0 / (0.5 * (area0 + area1)),
-    ))
+    let coefficients = [c03 + c04, c01 + c02, -c01 - c03, -c02 - c04];
+    Some((vertices, coefficients, 3.0 / (0.5 * (area0 + area1))))
 }
 
 /// Cotangent of the angle at `a` in the face with corners `a`, `b`, `c`, and twice the face's area; `None` for a face
@@ -83,11 +80,8 @@ impl Energy for Bending {
 
     fn energy(&self, vertices: &[DVec3]) -> f64 {
         let square = |(corners, c, factor): &([usize; 4], [f64; 4], f64)| {
-            factor
-                * (0..4)
-                    .map(|k| c[k] * vertices[corners[k]])
-                    .sum::<DVec3>()
-                    .length_squared()
+            let residual: DVec3 = (0..4).map(|k| c[k] * vertices[corners[k]]).sum();
+            factor * residual.length_squared()
         };
         self.weight * self.hinges.iter().map(square).sum::<f64>()
     }

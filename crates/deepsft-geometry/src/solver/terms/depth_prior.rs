@@ -40,17 +40,13 @@ impl DepthPrior {
     ) -> Result<Self, GeometryError> {
         check_weight("depth prior", weight)?;
         check_robust("depth prior", robust)?;
-        let mut kept = Vec::with_capacity(points.len());
-        for point in points {
-            check_scale("depth prior", point.deviation)?;
-            if let Some(anchored) = AnchoredPoint::new(template, point.point)
-                && point.depth.is_finite()
-            {
-                kept.push((anchored, point.depth, point.deviation.recip()));
-            }
-        }
+        points
+            .iter()
+            .try_for_each(|p| check_scale("depth prior", p.deviation))?;
+        let measured = points.iter().filter(|p| p.depth.is_finite());
+        let kept = |p: &PointDepth| Some((AnchoredPoint::new(template, p.point)?, p.depth, p.deviation.recip()));
         Ok(Self {
-            points: kept,
+            points: measured.filter_map(kept).collect(),
             weight,
             robust,
         })

@@ -63,18 +63,12 @@ impl<'a> PhotoConsistency<'a> {
         check_weight("photo-consistency", weight)?;
         check_robust("photo-consistency", robust)?;
         check_size(image.size(), camera.size())?;
-        let mut kept = Vec::with_capacity(points.len());
-        for point in points {
-            if let Some(anchored) = AnchoredPoint::new(template, point.point)
-                && point.value.is_finite()
-            {
-                kept.push((anchored, point.value));
-            }
-        }
+        let known = points.iter().filter(|p| p.value.is_finite());
+        let kept = |p: &TexturePoint| Some((AnchoredPoint::new(template, p.point)?, p.value));
         Ok(Self {
             image,
             camera: *camera,
-            points: kept,
+            points: known.filter_map(kept).collect(),
             weight,
             robust,
         })

@@ -42,18 +42,12 @@ impl Reprojection {
         robust: Robust,
     ) -> Result<Self, GeometryError> {
         check_robust("reprojection", robust)?;
-        let mut kept = Vec::with_capacity(points.len());
-        for point in points {
-            check_weight("reprojection", point.weight)?;
-            if let Some(anchored) = AnchoredPoint::new(template, point.point)
-                && point.pixel.is_finite()
-            {
-                kept.push((anchored, point.pixel, point.weight));
-            }
-        }
+        points.iter().try_for_each(|p| check_weight("reprojection", p.weight))?;
+        let seen = points.iter().filter(|p| p.pixel.is_finite());
+        let kept = |p: &ImagePoint| Some((AnchoredPoint::new(template, p.point)?, p.pixel, p.weight));
         Ok(Self {
             camera: *camera,
-            points: kept,
+            points: seen.filter_map(kept).collect(),
             robust,
         })
     }
@@ -77,8 +71,7 @@ impl Energy for Reprojection {
             if let Some((projected, gradients)) = self.camera.project_with_gradients(point.position(vertices)) {
                 let residual = projected - *pixel;
                 let weight = weight * self.robust.weight(residual.length_squared());
-                let rows: [(f64, DVec3); 2] = [(residual.x, gradients[0]), (residual.y, gradients[1])];
-                for (residual, gradient) in rows {
+                for (residual, gradient) in residual.to_array().into_iter().zip(gradients) {
                     sink.scalar(residual, weight, &point.spread(gradient));
                 }
             }
