@@ -75,12 +75,8 @@ impl CameraFile {
             PixelCenters::Half => 0.0,
             PixelCenters::Integer => 0.5,
         };
-        let (cx, cy) = (self.cx + corner, self.cy + corner);
-        let camera = Camera::pinhole(
-            (self.width, self.height),
-            DVec2::new(self.fx, self.fy),
-            DVec2::new(cx, cy),
-        )?;
+        let (focal, centre) = (DVec2::new(self.fx, self.fy), DVec2::new(self.cx, self.cy) + corner);
+        let camera = Camera::pinhole((self.width, self.height), focal, centre)?;
         match (self.distortion, self.fisheye) {
             (Some(_), Some(_)) => Err(FormatError::CameraFile {
                 reason: "it has distortion and fisheye, of which a lens has one".to_owned(),

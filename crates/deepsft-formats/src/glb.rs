@@ -28,26 +28,12 @@ pub fn mesh_to_glb(mesh: &TriangleMesh, texture_png: &[u8]) -> Vec<u8> {
         .collect();
     let low = positions.iter().copied().reduce(Vec3::min).unwrap_or_default();
     let high = positions.iter().copied().reduce(Vec3::max).unwrap_or_default();
-    let count = positions.len();
-    let position = chunk.accessor(
-        &floats(positions.iter().flat_map(Vec3::to_array)),
-        ARRAY_BUFFER,
-        json!({"componentType": FLOAT, "count": count, "type": "VEC3", "min": low.to_array(), "max": high.to_array()}),
-    );
-    let normal = chunk.accessor(
-        &floats(
-            mesh.normals_at(mesh.vertices())
-                .into_iter()
-                .flat_map(|n| to_gltf(n).as_vec3().to_array()),
-        ),
-        ARRAY_BUFFER,
-        json!({"componentType": FLOAT, "count": count, "type": "VEC3"}),
-    );
-    let uv = chunk.accessor(
-        &floats(mesh.texture_coordinates().iter().flat_map(|uv| uv.as_vec2().to_array())),
-        ARRAY_BUFFER,
-        json!({"componentType": FLOAT, "count": count, "type": "VEC2"}),
-    );
+    let position = chunk.vectors(positions.iter().map(Vec3::to_array));
+    chunk.accessors[position]["min"] = json!(low.to_array());
+    chunk.accessors[position]["max"] = json!(high.to_array());
+    let normals = mesh.normals_at(mesh.vertices());
+    let normal = chunk.vectors(normals.iter().map(|n| to_gltf(*n).as_vec3().to_array()));
+    let uv = chunk.vectors(mesh.texture_coordinates().iter().map(|uv| uv.as_vec2().to_array()));
     let corners: Vec<u8> = mesh
         .faces()
         .iter()
@@ -113,6 +99,13 @@ impl BinaryChunk {
         self.views.len() - 1
     }
 
+    /// An accessor of vectors, one for each vertex.
+    fn vectors<const N: usize>(&mut self, vectors: impl ExactSizeIterator<Item = [f32; N]>) -> usize {
+        let description = json!({"componentType": FLOAT, "count": vectors.len(), "type": format!("VEC{N}")});
+        let numbers: Vec<u8> = vectors.flatten().flat_map(f32::to_le_bytes).collect();
+        self.accessor(&numbers, ARRAY_BUFFER, description)
+    }
+
     fn accessor(&mut self, content: &[u8], target: u32, mut description: Value) -> usize {
         description["bufferView"] = self.view(content, Some(target)).into();
         self.accessors.push(description);
@@ -126,11 +119,9 @@ fn container(document: &Value, binary: &[u8]) -> Vec<u8> {
     text.resize(text.len().next_multiple_of(4), b' ');
     let length = 12 + 8 + text.len() + 8 + binary.len();
     let mut bytes = b"glTF".to_vec();
-    bytes.extend(
-        [2_u32, length as u32, text.len() as u32]
-            .into_iter()
-            .flat_map(u32::to_le_bytes),
-    );
+    for number in [2, length as u32, text.len() as u32] {
+        bytes.extend(number.to_le_bytes());
+    }
     bytes.extend(b"JSON");
     bytes.extend(text);
     bytes.extend((binary.len() as u32).to_le_bytes());
@@ -141,8 +132,4 @@ fn container(document: &Value, binary: &[u8]) -> Vec<u8> {
 
 fn to_gltf(p_camera: DVec3) -> DVec3 {
     DVec3::new(p_camera.x, -p_camera.y, -p_camera.z)
-}
-
-fn floats(values: impl Iterator<Item = f32>) -> Vec<u8> {
-    values.flat_map(f32::to_le_bytes).collect()
 }

@@ -3,7 +3,7 @@
 use crate::mesh::mesh_object;
 use crate::object::{object, rgba};
 use deepsft::{Estimate, EstimateTimes};
-use js_sys::{Float32Array, Object, Uint8Array, Uint8ClampedArray};
+use js_sys::{Float32Array, Object, Uint8Array};
 use wasm_bindgen::prelude::*;
 
 #[wasm_bindgen(typescript_custom_section)]
@@ -40,7 +40,6 @@ pub fn estimate_object(estimate: &Estimate, times: EstimateTimes, features_ms: f
     let maps = &estimate.maps;
     let mask: Vec<u8> = maps.mask().into_iter().map(u8::from).collect();
     let registration = Float32Array::from(maps.registration().as_flattened());
-    let canonical = Uint8ClampedArray::from(rgba(&estimate.canonical).as_slice());
     let surface = estimate.surface.as_ref();
     let fitted = surface.map(|surface| mesh_object(surface, maps, 0.0));
     let times = object([
@@ -55,7 +54,7 @@ pub fn estimate_object(estimate: &Estimate, times: EstimateTimes, features_ms: f
         ("depth", Float32Array::from(maps.depth()).into()),
         ("registration", registration.into()),
         ("mask", Uint8Array::from(mask.as_slice()).into()),
-        ("canonical", canonical.into()),
+        ("canonical", rgba(&estimate.canonical).into()),
         ("found", estimate.judgement.found.into()),
         ("confidence", estimate.judgement.confidence.into()),
         ("by", estimate.by.map_or(JsValue::NULL, |by| by.name().into())),

@@ -1,7 +1,7 @@
 //! Plain values of JavaScript.
 
 use deepsft::geometry::Picture;
-use js_sys::{Object, Reflect};
+use js_sys::{Object, Reflect, Uint8ClampedArray};
 use wasm_bindgen::JsValue;
 
 /// A plain object with these properties.
@@ -15,12 +15,8 @@ pub fn object<const N: usize>(properties: [(&str, JsValue); N]) -> Object {
 }
 
 /// The bytes of a picture with an opaque alpha channel.
-pub fn rgba(picture: &Picture) -> Vec<u8> {
-    picture
-        .rgb()
-        .as_chunks::<3>()
-        .0
-        .iter()
-        .flat_map(|&[r, g, b]| [r, g, b, u8::MAX])
-        .collect()
+pub fn rgba(picture: &Picture) -> Uint8ClampedArray {
+    let pixels = picture.rgb().as_chunks::<3>().0.iter();
+    let bytes: Vec<u8> = pixels.flat_map(|&[r, g, b]| [r, g, b, u8::MAX]).collect();
+    bytes.as_slice().into()
 }

@@ -10,7 +10,7 @@ use crate::{
 use deepsft::geometry::{Picture, UnrolledSheet, unroll};
 use deepsft::{FormatError, decode_picture};
 use deepsft_formats::{assemble_scan, is_picture, read_scan as read_scan_bytes};
-use js_sys::{Array, Object, Promise, Uint8ClampedArray};
+use js_sys::{Array, Object, Promise};
 use std::{collections::BTreeMap, path::Path};
 use wasm_bindgen::prelude::*;
 
@@ -111,6 +111,6 @@ fn picture_object(picture: &Picture) -> Object {
     object([
         ("width", (picture.width() as f64).into()),
         ("height", (picture.height() as f64).into()),
-        ("rgba", Uint8ClampedArray::from(rgba(picture).as_slice()).into()),
+        ("rgba", rgba(picture).into()),
     ])
 }

@@ -16,7 +16,7 @@ use deepsft::{
         fitting::{FitOptions, FrameFitter, Start},
     },
 };
-use js_sys::{Array, Object, Uint8ClampedArray};
+use js_sys::{Array, Object};
 use std::cell::RefCell;
 use wasm_bindgen::JsValue;
 
@@ -77,7 +77,7 @@ impl EngineTarget {
         object([
             ("width", (texture.width() as f64).into()),
             ("height", (texture.height() as f64).into()),
-            ("rgba", Uint8ClampedArray::from(rgba(texture).as_slice()).into()),
+            ("rgba", rgba(texture).into()),
             ("sizeMm", Array::of2(&size.x.into(), &size.y.into()).into()),
             ("mesh", template_mesh(template.mesh()).into()),
             ("grade", self.grade.as_ref().map_or(JsValue::NULL, grade_object)),

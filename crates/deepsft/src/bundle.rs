@@ -137,14 +137,14 @@ impl ModelBundle {
     pub fn from_files(files: &BTreeMap<String, Vec<u8>>) -> Result<Self, DeepSftError> {
         let manifest = read_manifest(file(files, MODEL_FILE)?)?;
         manifest.check(files, "")?;
-        manifest.network.check().map_err(|error| content(MODEL_FILE, &error))?;
+        manifest.network.check().map_err(DeepSftError::content(MODEL_FILE))?;
         let (template, camera) = manifest.template(files)?;
         let weights = manifest.listed(files, WEIGHTS_FILE)?;
         let network = FoldedNetwork {
-            weights: weights_from_burnpack(weights).map_err(|error| content(WEIGHTS_FILE, &error))?,
+            weights: weights_from_burnpack(weights).map_err(DeepSftError::content(WEIGHTS_FILE))?,
             config: manifest.network,
         };
-        network.check().map_err(|error| content(WEIGHTS_FILE, &error))?;
+        network.check().map_err(DeepSftError::content(WEIGHTS_FILE))?;
         Ok(Self::new(network, template, camera, manifest.card))
     }
 
@@ -177,7 +177,7 @@ impl ModelBundle {
     /// [`DeepSftError::BundleContent`] when something cannot be encoded.
     pub fn to_files(&self) -> Result<BTreeMap<String, Vec<u8>>, DeepSftError> {
         let mut files = BTreeMap::new();
-        let weights = weights_to_burnpack(&self.network.weights).map_err(|error| content(WEIGHTS_FILE, &error))?;
+        let weights = weights_to_burnpack(&self.network.weights).map_err(DeepSftError::content(WEIGHTS_FILE))?;
         files.insert(WEIGHTS_FILE.to_owned(), weights);
         for (name, bytes) in template_to_files(&self.template)? {
             files.insert(format!("{TEMPLATE_FOLDER}{name}"), bytes);
@@ -188,10 +188,10 @@ impl ModelBundle {
             format_version: FORMAT_VERSION,
             card: self.card.clone(),
             network: self.network.config.clone(),
-            training_camera: training_camera.map_err(|e| content(MODEL_FILE, &e))?,
+            training_camera: training_camera.map_err(DeepSftError::content(MODEL_FILE))?,
             files: entries.collect(),
         };
-        let mut json = serde_json::to_vec_pretty(&manifest).map_err(|e| content(MODEL_FILE, &e))?;
+        let mut json = serde_json::to_vec_pretty(&manifest).map_err(DeepSftError::content(MODEL_FILE))?;
         json.push(b'\n');
         files.insert(MODEL_FILE.to_owned(), json);
         Ok(files)
@@ -232,7 +232,17 @@ impl Manifest {
     /// Whether the listed files in `folder` are those that were published.
     fn check(&self, files: &BTreeMap<String, Vec<u8>>, folder: &str) -> Result<(), DeepSftError> {
         for (name, entry) in self.files.iter().filter(|(name, _)| name.starts_with(folder)) {
-            check(name, entry, file(files, name)?)?;
+            let actual = FileEntry::of(file(files, name)?);
+            if actual.size != entry.size {
+                return Err(DeepSftError::BundleFileSize {
+                    file: name.clone(),
+                    actual: actual.size,
+                    expected: entry.size,
+                });
+            }
+            if !actual.sha256.eq_ignore_ascii_case(&entry.sha256) {
+                return Err(DeepSftError::BundleFileHash { file: name.clone() });
+            }
         }
         Ok(())
     }
@@ -256,15 +266,8 @@ impl Manifest {
             .transpose()?;
         let template = description.template(texture, mesh)?;
         let fits = self.network.check_fits(&template, &camera);
-        fits.map_err(|error| content(MODEL_FILE, &error))?;
+        fits.map_err(DeepSftError::content(MODEL_FILE))?;
         Ok((template, camera))
-    }
-}
-
-fn content(file: &str, error: &impl ToString) -> DeepSftError {
-    DeepSftError::BundleContent {
-        file: file.to_owned(),
-        reason: error.to_string(),
     }
 }
 
@@ -276,8 +279,8 @@ fn file<'a>(files: &'a BTreeMap<String, Vec<u8>>, name: &str) -> Result<&'a [u8]
 }
 
 fn read_manifest(json: &[u8]) -> Result<Manifest, DeepSftError> {
-    let malformed = |error: serde_json::Error| content(MODEL_FILE, &error);
-    let Versioned { format_version: actual } = serde_json::from_slice(json).map_err(malformed)?;
+    let malformed = DeepSftError::content(MODEL_FILE);
+    let Versioned { format_version: actual } = serde_json::from_slice(json).map_err(&malformed)?;
     if actual != FORMAT_VERSION {
         return Err(DeepSftError::BundleVersion {
             actual,
@@ -285,21 +288,6 @@ fn read_manifest(json: &[u8]) -> Result<Manifest, DeepSftError> {
         });
     }
     serde_json::from_slice(json).map_err(malformed)
-}
-
-fn check(name: &str, entry: &FileEntry, bytes: &[u8]) -> Result<(), DeepSftError> {
-    let actual = FileEntry::of(bytes);
-    if actual.size != entry.size {
-        return Err(DeepSftError::BundleFileSize {
-            file: name.to_owned(),
-            actual: actual.size,
-            expected: entry.size,
-        });
-    }
-    if !actual.sha256.eq_ignore_ascii_case(&entry.sha256) {
-        return Err(DeepSftError::BundleFileHash { file: name.to_owned() });
-    }
-    Ok(())
 }
 
 impl FileEntry {

@@ -81,6 +81,16 @@ pub enum DeepSftError {
     },
 }
 
+impl DeepSftError {
+    /// Makes the error of a file of a model bundle whose content does not fit.
+    pub(crate) fn content<E: ToString>(file: &'static str) -> impl Fn(E) -> Self {
+        move |reason| Self::BundleContent {
+            file: file.to_owned(),
+            reason: reason.to_string(),
+        }
+    }
+}
+
 impl From<FormatError> for DeepSftError {
     fn from(error: FormatError) -> Self {
         match error {

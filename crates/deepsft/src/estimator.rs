@@ -56,10 +56,7 @@ enum Runner {
 impl Runner {
     fn new(network: &FoldedNetwork, device: &Device) -> Result<Self, DeepSftError> {
         let image = (CANONICAL_WIDTH, CANONICAL_HEIGHT);
-        let refused = |error: PlanError| DeepSftError::BundleContent {
-            file: WEIGHTS_FILE.to_owned(),
-            reason: error.to_string(),
-        };
+        let refused = DeepSftError::content::<PlanError>(WEIGHTS_FILE);
         match device {
             Device::Cpu => Ok(Self::Cpu(network.executor(image).map_err(refused)?)),
             #[cfg(feature = "webgpu")]
@@ -146,10 +143,7 @@ impl Estimator {
         let size = (bundle.camera().size().width, bundle.camera().size().height);
         if size != (CANONICAL_WIDTH, CANONICAL_HEIGHT) {
             let reason = format!("the training camera's image has {size:?} pixels, expected 480 x 270");
-            return Err(DeepSftError::BundleContent {
-                file: MODEL_FILE.to_owned(),
-                reason,
-            });
+            return Err(DeepSftError::content(MODEL_FILE)(reason));
         }
         let runners = Runners {
             idle: Mutex::new(vec![Runner::new(bundle.network(), device)?]),

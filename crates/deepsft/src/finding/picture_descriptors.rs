@@ -5,9 +5,7 @@ use crate::weights_file::weights_from_burnpack;
 use deepsft_finding::Match;
 use deepsft_geometry::glam::{DVec2, Vec2};
 use deepsft_geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH, ImageSize, MipLevel, Picture, Template};
-use deepsft_inference::{
-    DESCRIPTOR_LENGTH, DescriptorExecutor, DescriptorSimilarities, PlanError, Weights, available_threads,
-};
+use deepsft_inference::{DESCRIPTOR_LENGTH, DescriptorExecutor, DescriptorSimilarities, Weights, available_threads};
 use std::collections::{BTreeMap, btree_map::Entry};
 use std::f32::consts::TAU;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -62,7 +60,7 @@ impl SharedDescriptorNetwork {
     /// # Errors
     /// [`DeepSftError::BundleContent`] for bytes that are no weights of this network.
     pub fn from_bytes(file: &[u8]) -> Result<Self, DeepSftError> {
-        let weights = weights_from_burnpack(file).map_err(|error| refused(error.to_string()))?;
+        let weights = weights_from_burnpack(file).map_err(DeepSftError::content(FILE))?;
         let first = executor((CANONICAL_WIDTH, CANONICAL_HEIGHT).into(), &weights)?;
         Ok(Self {
             weights: Arc::new(weights),
@@ -96,14 +94,7 @@ impl SharedDescriptorNetwork {
 
 fn executor(size: ImageSize, weights: &Weights) -> Result<DescriptorExecutor, DeepSftError> {
     let made = DescriptorExecutor::new(size, weights, available_threads());
-    made.map_err(|error| refused(error.to_string()))
-}
-
-fn refused(reason: String) -> DeepSftError {
-    DeepSftError::BundleContent {
-        file: FILE.to_owned(),
-        reason,
-    }
+    made.map_err(DeepSftError::content(FILE))
 }
 
 /// Descriptors of a picture, rolled and scaled.
@@ -191,7 +182,7 @@ impl PictureDescriptors {
         let similarities = DescriptorSimilarities::new(values.clone(), BATCH, available_threads());
         let elsewhere_mm = ELSEWHERE_CELLS * CELL as f32 * (size.max_element() / SIDES[1]) as f32;
         Ok(Self {
-            similarities: similarities.map_err(|error: PlanError| refused(error.to_string()))?,
+            similarities: similarities.map_err(DeepSftError::content(FILE))?,
             places: PicturePlaces {
                 values,
                 cells,

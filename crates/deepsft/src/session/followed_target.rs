@@ -18,7 +18,7 @@ const TELLING: f64 = 0.6;
 pub(super) struct FollowedTarget {
     pub(super) tracker: Tracker,
     /// The camera of canonical images that lie across.
-    training_camera: Camera,
+    pub(super) training_camera: Camera,
     can_deny: bool,
     presence: Presence,
     /// Started afresh with each track.
@@ -50,10 +50,6 @@ impl FollowedTarget {
             template: template.clone(),
             calibration: None,
         })
-    }
-
-    pub(super) fn training_camera(&self) -> &Camera {
-        &self.training_camera
     }
 
     /// Its canonical camera for images of `size`, and the same with the focal length of `view`.
@@ -146,7 +142,7 @@ impl FollowedTarget {
 
     /// What the newest frame shows of it; changes count from what was told before.
     pub(super) fn tell(&mut self, target: TargetId) -> Followed {
-        let found = self.presence.is_found();
+        let found = self.presence.is_found;
         let was_told = std::mem::replace(&mut self.is_told, found);
         Followed {
             target,

@@ -12,17 +12,13 @@ const LOST_S: f64 = 0.4;
 /// Found and lost with hysteresis, so that neither flickers.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Presence {
-    is_found: bool,
+    pub(super) is_found: bool,
     /// Frames in a row that have confirmed the mesh, the newest included.
     in_a_row: usize,
     confirmed_s: f64,
 }
 
 impl Presence {
-    pub(super) fn is_found(&self) -> bool {
-        self.is_found
-    }
-
     /// Whether the newest frame confirms the mesh.
     pub(super) fn is_confirmed(&self) -> bool {
         self.in_a_row > 0
@@ -59,7 +55,7 @@ mod tests {
         let found = |(k, correlation): (usize, &Option<f64>)| {
             presence.update(*correlation, k as f64 * step_s);
             assert_eq!(presence.is_confirmed(), correlation.is_some());
-            presence.is_found()
+            presence.is_found
         };
         correlations.iter().enumerate().map(found).collect()
     }
@@ -94,9 +90,9 @@ mod tests {
                 presence.begin_track();
             }
             presence.update(Some(0.5), k as f64);
-            assert!(!presence.is_found());
+            assert!(!presence.is_found);
         }
         presence.update(Some(0.5), 4.0);
-        assert!(presence.is_found());
+        assert!(presence.is_found);
     }
 }

@@ -93,7 +93,7 @@ impl Session {
     /// What the next frame is for, if `source` takes it and the caller's clock says `now_s`.
     pub fn next(&self, source: &Camera, now_s: f64) -> Next {
         let first = self.targets.values().next();
-        let training_camera = first.map_or_else(training_camera, |target| *target.training_camera());
+        let training_camera = first.map_or_else(training_camera, |target| target.training_camera);
         let views = CanonicalViews::new(&training_camera, source);
         let targets = match self.options.ask_every {
             _ if self.asked.is_some() => Vec::new(),
