@@ -50,6 +50,7 @@ pub fn run(root: &Path, mode: Mode) -> Result<()> {
         });
         let outcome = (name, count, started.elapsed());
         outcomes.lock().unwrap_or_else(PoisonError::into_inner).push(outcome);
+        count.failed == 0
     };
     let passed = |(): ()| Count { passed: 1, failed: 0 };
     let cargo = |arguments: &[&str]| {
@@ -69,7 +70,7 @@ pub fn run(root: &Path, mode: Mode) -> Result<()> {
         Ok(passed(()))
     });
     let tests = ["test", "--release", "--workspace", "--no-fail-fast"];
-    thread::scope(|scope| {
+    let is_page_built = thread::scope(|scope| {
         scope.spawn(|| {
             check("lints", &|| {
                 let mut clippy = cargo(&["clippy", "--release", "--workspace", "--all-targets"]);
@@ -80,19 +81,25 @@ pub fn run(root: &Path, mode: Mode) -> Result<()> {
                 check("building for fuzzing", &|| fuzz::build(root).map(passed));
             }
         });
-        check("browser build", &|| web::build(root).map(passed));
+        let is_page_built = check("browser build", &|| web::build(root).map(passed));
         check("types of the JavaScript", &|| {
             counted(tools::npm(root).args(["run", "check"]))
         });
+        is_page_built
     });
     // One after the other: a program in a browser is judged by its time, and tests of the crates take both of two cores.
     check("tests of the crates", &|| counted(&mut cargo(&tests)));
     if fuzz::HERE {
         check("fuzzing", &|| fuzz::check(root, FUZZING_S).map(passed));
     }
-    check("program for the browsers", &|| build_program(root).map(passed));
-    check("tests in Chromium", &|| counted(&mut in_browsers(root, &["test"])?));
-    if LINUX {
+    let is_ready = is_page_built && check("program for the browsers", &|| build_program(root).map(passed));
+    if !is_ready {
+        eprintln!("no tests in browsers: there is no page or no program to test");
+    }
+    if is_ready {
+        check("tests in Chromium", &|| counted(&mut in_browsers(root, &["test"])?));
+    }
+    if is_ready && LINUX {
         check("Firefox and WebKit", &|| {
             // WebKitGTK's player is not steady enough for a check of every change.
             let mut tests = engine_tests(root)?;

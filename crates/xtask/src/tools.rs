@@ -124,6 +124,30 @@ pub fn ensure_node_packages(root: &Path) -> Result<()> {
     run(npm(root).args(["ci", "--no-fund", "--no-audit"]))
 }
 
+/// Sees to it that the compiler of the workspace in `root` builds for `target`: rustup adds what that takes, where it is there.
+///
+/// # Errors
+/// When the compiler cannot; the message says what to do.
+pub fn ensure_rust_target(root: &Path, target: &str) -> Result<()> {
+    let in_root = |program: &str, arguments: &[&str]| {
+        let mut command = Command::new(program);
+        command.args(arguments).current_dir(root);
+        command
+    };
+    let is_there = || {
+        let library = output(&mut in_root("rustc", &["--print", "target-libdir", "--target", target]));
+        library.is_some_and(|folder| Path::new(&folder).is_dir())
+    };
+    if !is_there() && on_path("rustup").is_some() {
+        run(&mut in_root("rustup", &["target", "add", target]))?;
+    }
+    ensure!(
+        is_there(),
+        "the compiler has no library for {target}: install it (rustup target add {target})"
+    );
+    Ok(())
+}
+
 /// The first number in a version such as `v20.1.0` or `>=20`.
 fn major(version: &str) -> Option<u32> {
     let digits = version.trim_start_matches(|c: char| !c.is_ascii_digit());
