@@ -1,7 +1,10 @@
 //! Whether the image shows the object where a mesh lies.
 
-/// Least fraction of the visible print that the image confirms.
+/// Least fraction of the visible print that the image confirms, in the canonical image and in a close-up, from [`CLOSE_UP_DETAIL`] on:
+/// of a wrong print a close-up confirms less.
 const MIN_EXPLAINED: f64 = 0.4;
+const MIN_EXPLAINED_CLOSE_UP: f64 = 0.2;
+const CLOSE_UP_DETAIL: f64 = 1.25;
 
 /// Ambiguity from which the image must confirm [`MIN_EXPLAINED_IF_AMBIGUOUS`] of the print: a sheet one row off shows much that is
 /// right. From [`MAX_AMBIGUITY`] on nothing is found.
@@ -22,6 +25,9 @@ pub struct Verdict {
     pub explained: f64,
     /// Pixels of the canonical image that confirm the mesh, about.
     pub confirmed_px: f64,
+    /// Pixels of the image that was compared along the side of a pixel of the canonical image: 1 for that image itself, more for a
+    /// close-up.
+    pub detail: f64,
     /// What the image confirms of the next best place where the print looks alike, as a fraction of this one. Near 1 nothing tells
     /// the two apart; 1 also where the fit was too bad to be tried elsewhere. `None` for a print that looks like itself nowhere
     /// else, and for a mesh that started from a network's maps or from the last frame.
@@ -35,6 +41,7 @@ impl Verdict {
             Some(ambiguity) if ambiguity >= AMBIGUOUS => {
                 self.explained >= MIN_EXPLAINED_IF_AMBIGUOUS && ambiguity < MAX_AMBIGUITY
             }
+            _ if self.detail >= CLOSE_UP_DETAIL => self.explained >= MIN_EXPLAINED_CLOSE_UP,
             _ => self.explained >= MIN_EXPLAINED,
         };
         is_clear && self.explained * self.confirmed_px >= MIN_EVIDENCE_PX
@@ -52,6 +59,7 @@ mod tests {
                 correlation: 0.8,
                 explained,
                 confirmed_px,
+                detail: 1.0,
                 ambiguity,
             };
             verdict.is_found()
@@ -60,5 +68,12 @@ mod tests {
         assert!(!found(0.3, None, 2e4) && !found(0.5, Some(0.8), 2e4));
         assert!(found(0.9, Some(0.8), 2e4) && !found(0.9, Some(0.96), 2e4));
         assert!(!found(0.9, None, 2000.0) && !Verdict::default().is_found());
+        let close_up = |explained: f64| Verdict {
+            explained,
+            confirmed_px: 2e4,
+            detail: 2.0,
+            ..Verdict::default()
+        };
+        assert!(close_up(0.25).is_found() && !close_up(0.15).is_found());
     }
 }

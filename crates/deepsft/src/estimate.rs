@@ -17,6 +17,15 @@ pub struct Judgement {
 }
 
 impl Judgement {
+    /// The judgement of a fitted surface, which `maps` are of.
+    pub(crate) fn of_surface(surface: &Surface, maps: &Maps) -> Self {
+        Self {
+            found: surface.verdict.is_found(),
+            confidence: surface.verdict.explained as f32,
+            area: Self::area_of(maps),
+        }
+    }
+
     /// The fraction of the image that the mask of `maps` covers.
     pub(crate) fn area_of(maps: &Maps) -> f32 {
         (maps.area() as f64 / (maps.size().width * maps.size().height) as f64) as f32

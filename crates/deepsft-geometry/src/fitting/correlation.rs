@@ -33,6 +33,10 @@ pub(crate) struct Correlation {
     pub(crate) confirmed_points: f64,
     /// Whether something hides each vertex: the print has contrast there and the image shows something else.
     pub(crate) is_hidden: Vec<bool>,
+    /// As [`Verdict::detail`].
+    pub(crate) detail: f64,
+    /// Pixels of the canonical image that a point stands for.
+    pub(crate) point_px: f64,
 }
 
 /// Weighted sums over points of image, print and weight.
@@ -82,7 +86,8 @@ impl Correlation {
         Verdict {
             correlation: self.whole,
             explained: self.explained,
-            confirmed_px: self.confirmed_points * (POINT_STEP * POINT_STEP) as f64,
+            confirmed_px: self.confirmed_points * self.point_px,
+            detail: self.detail,
             ambiguity,
         }
     }

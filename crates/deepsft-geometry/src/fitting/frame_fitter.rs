@@ -1,14 +1,15 @@
 //! The mesh of one frame.
 
+use super::close_up::{close_ups, fit_through};
 use super::coarse_fitter::CoarseFitter;
 use super::mesh_fitter::{FitRound, Resolution};
-use super::mode_hops::best_of_mode_hops;
+use super::mode_hops::{MIN_PROMISING, best_of_mode_hops};
 use super::observation::Observation;
 use super::options::FitOptions;
-use super::self_similarity::{SelfSimilarity, self_similarities};
+use super::self_similarity::{SelfSimilarity, is_alike_in_detail, self_similarities};
 use super::start::Start;
 use crate::camera::Camera;
-use crate::error::GeometryError;
+use crate::error::{GeometryError, check_size, check_start};
 use crate::image::{GreyImage, Picture};
 use crate::mesh::{SurfacePoint, Template};
 use crate::surface::Surface;
@@ -20,6 +21,7 @@ pub struct FrameFitter {
     coarse: CoarseFitter,
     /// Looked for when first needed.
     self_similarities: Option<Vec<SelfSimilarity>>,
+    is_alike_in_detail: Option<bool>,
 }
 
 impl FrameFitter {
@@ -32,6 +34,7 @@ impl FrameFitter {
         Ok(Self {
             coarse: CoarseFitter::new(template, options)?,
             self_similarities: None,
+            is_alike_in_detail: None,
         })
     }
 
@@ -47,6 +50,13 @@ impl FrameFitter {
             .self_similarities
             .get_or_insert_with(|| self_similarities(template));
         known.clone()
+    }
+
+    fn is_alike_in_detail(&mut self) -> bool {
+        let similar = self.self_similarities();
+        let template = &self.coarse.mesh_fitter.template;
+        let known = &mut self.is_alike_in_detail;
+        *known.get_or_insert_with(|| is_alike_in_detail(template, &similar))
     }
 
     /// Fits the mesh to `start`, where a finder sees the object in `image`, and to `image` itself. `None` when the start shows too
@@ -109,6 +119,45 @@ impl FrameFitter {
             // A network's mask leaves out what hides the object.
             is_hidden: if is_whole { correlation.is_hidden } else { Vec::new() },
         }))
+    }
+
+    /// Fits a surface that was found in a smaller image to the pixels of the camera's own `image`: in close-ups of the sheet, up to the
+    /// resolution of the image or of the print, whichever is less. A softer mesh is taken where it explains more of the image. The
+    /// surface stays as it is where the image shows no more detail.
+    ///
+    /// # Errors
+    /// [`GeometryError::MapSize`] when image and camera are not of one size, [`GeometryError::StartLength`] when the surface does not
+    /// have the template's vertices.
+    pub fn fit_close_ups(
+        &mut self,
+        image: &Picture,
+        camera: &Camera,
+        surface: Surface,
+    ) -> Result<Surface, GeometryError> {
+        let fitter = &mut self.coarse.mesh_fitter;
+        check_size(image.size(), camera.size())?;
+        check_start(&surface.vertices_camera, fitter.fine.mesh.vertices().len())?;
+        let close_ups = close_ups(image, camera, &surface, &fitter.print)?;
+        let Some(fitted) = fit_through(fitter, &close_ups, &surface)? else {
+            return Ok(surface);
+        };
+        let correlation = fitted.correlation;
+        // A fit that was too bad to be tried elsewhere says nothing of a print that looks like itself only when it is blurred.
+        let mut ambiguity = surface.verdict.ambiguity;
+        if ambiguity.is_some() && surface.verdict.correlation < MIN_PROMISING && !self.is_alike_in_detail() {
+            ambiguity = None;
+        }
+        Ok(Surface {
+            vertices_camera: fitted.vertices,
+            verdict: correlation.verdict(ambiguity),
+            confidence: correlation.confidence,
+            is_hidden: if surface.is_hidden.is_empty() {
+                Vec::new()
+            } else {
+                correlation.is_hidden
+            },
+            ..surface
+        })
     }
 
     /// The template's mesh where `start` has the object, before any fit to the image: what a track starts from. Vertices in the

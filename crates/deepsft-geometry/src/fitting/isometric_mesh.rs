@@ -5,8 +5,23 @@ use crate::mesh::{SurfaceLocator, TriangleMesh};
 use crate::solver::{Bending, Energy, Isometry, MeshSolver, Solution, SolveOptions};
 use glam::DVec3;
 
-/// Continuation: fractions of the weight of isometry that a mesh far from its place is solved with in turn.
-const CONTINUATION: [f64; 3] = [0.01, 0.1, 1.0];
+/// Fractions of the weight of isometry: of crumpled paper, whose cells shrink, of folded paper, and of a smooth sheet. A mesh far from
+/// its place is solved with all in turn, by continuation.
+const STIFFNESSES: [f64; 3] = [0.01, 0.1, 1.0];
+
+/// Which fraction of the weight of isometry a mesh is solved with, an index of the list above.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Stiffness(usize);
+
+impl Stiffness {
+    /// The whole weight.
+    pub(crate) const WHOLE: Self = Self(STIFFNESSES.len() - 1);
+
+    /// All, the stiffest first.
+    pub(crate) fn from_stiff_to_soft() -> impl Iterator<Item = Self> {
+        (0..STIFFNESSES.len()).rev().map(Self)
+    }
+}
 
 /// First damping of the solver. Isometry is thousands of times as stiff as the image is: with the usual 1e-3 of the
 /// diagonal the sheet would hardly bend in the two steps that a frame of a video has.
@@ -39,7 +54,7 @@ impl IsometricMesh {
     ) -> Result<Self, GeometryError> {
         let weight = isometry * reference.edges().len() as f64 / mesh.edges().len().max(1) as f64;
         let stiffness = |fraction: f64| Isometry::new(&mesh, fraction * weight);
-        let [soft, medium, stiff] = CONTINUATION;
+        let [soft, medium, stiff] = STIFFNESSES;
         let isometry = [stiffness(soft)?, stiffness(medium)?, stiffness(stiff)?];
         let bending = Bending::new(&mesh, bending)?;
         Ok(Self {
@@ -62,7 +77,7 @@ impl IsometricMesh {
         steps: usize,
         halving: bool,
     ) -> Result<Solution, GeometryError> {
-        self.solve_with(self.isometry.len() - 1, terms, start, steps, halving)
+        self.solve_with(Stiffness::WHOLE, terms, start, steps, halving)
     }
 
     /// Minimises the same by continuation from low to full stiffness, for a mesh that may be far from its place: a stiff
@@ -77,7 +92,9 @@ impl IsometricMesh {
         steps: usize,
     ) -> Result<Vec<DVec3>, GeometryError> {
         for stiffness in 0..self.isometry.len() {
-            vertices = self.solve_with(stiffness, terms, &vertices, steps, false)?.vertices;
+            vertices = self
+                .solve_with(Stiffness(stiffness), terms, &vertices, steps, false)?
+                .vertices;
         }
         Ok(vertices)
     }
@@ -96,9 +113,10 @@ impl IsometricMesh {
         self.solver.sensitivities(&all, vertices, right_hand_sides)
     }
 
-    fn solve_with(
+    /// As [`IsometricMesh::solve`], with this stiffness.
+    pub(crate) fn solve_with(
         &mut self,
-        stiffness: usize,
+        stiffness: Stiffness,
         terms: &[&dyn Energy],
         start: &[DVec3],
         steps: usize,
@@ -112,7 +130,7 @@ impl IsometricMesh {
             halving,
         };
         let mut all = terms.to_vec();
-        all.push(&self.isometry[stiffness]);
+        all.push(&self.isometry[stiffness.0]);
         all.push(&self.bending);
         self.solver.solve(&all, start, &options)
     }

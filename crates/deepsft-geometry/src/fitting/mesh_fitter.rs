@@ -2,7 +2,7 @@
 
 use super::correlation::{Correlation, POINT_STEP};
 use super::grid_interpolation::GridInterpolation;
-use super::isometric_mesh::IsometricMesh;
+use super::isometric_mesh::{IsometricMesh, Stiffness};
 use super::observation::Observation;
 use super::options::FitOptions;
 use super::print::{Drawing, Print};
@@ -68,6 +68,13 @@ pub(crate) struct FitRound<'a> {
     pub(crate) mask: Option<&'a Maps>,
     /// Confidence of each vertex, and the confidence above which a point holds the mesh; without it all do.
     pub(crate) trusted: Option<(&'a [f32], f64)>,
+    /// How stiff the mesh is.
+    pub(crate) stiffness: Stiffness,
+    /// Pixels of the observed image along the side of a pixel of the canonical image. What is seen counts for its square: errors in
+    /// mm are that much smaller.
+    pub(crate) detail: f64,
+    /// Pixels of the observed image between two points that are compared.
+    pub(crate) point_step: usize,
 }
 
 impl FitRound<'_> {
@@ -83,6 +90,9 @@ impl FitRound<'_> {
             is_near: false,
             mask: None,
             trusted: None,
+            stiffness: Stiffness::WHOLE,
+            detail: 1.0,
+            point_step: POINT_STEP,
         }
     }
 
@@ -204,7 +214,13 @@ impl MeshFitter {
         };
         let surface = VisibleSurface::new(&isometric.mesh, start, camera);
         let border = ContrastNormalizer::reach(round.blur);
-        let mut drawing = Drawing::new(print, &surface, round.mask, (border, round.margin), Some(POINT_STEP));
+        let mut drawing = Drawing::new(
+            print,
+            &surface,
+            round.mask,
+            (border, round.margin),
+            Some(round.point_step),
+        );
         let mask = std::mem::take(&mut drawing.mask);
         let normalizer = ContrastNormalizer::new(mask, drawing.region, camera.size(), round.blur, round.window);
         let image = normalizer.normalize(drawing.region.of(grey));
@@ -222,12 +238,16 @@ impl MeshFitter {
             let motion = rigid_fit(&image, camera, &positions, robust, round.rigid_steps);
             vertices = vertices.into_iter().map(motion).collect();
         }
-        let weight = self.photo_consistency / holding.len().max(1) as f64;
+        let weight = self.photo_consistency * round.detail.powi(2) / holding.len().max(1) as f64;
         let photo_consistency = PhotoConsistency::new(&isometric.mesh, camera, &image, &holding, weight, robust)?;
         let mut terms: Vec<&dyn Energy> = vec![&photo_consistency];
         terms.extend(priors);
-        let solution = isometric.solve(&terms, &vertices, round.steps, round.is_near)?;
-        let correlation = Correlation::of(&isometric.mesh, camera, &image, &points, &solution.vertices);
+        let solution = isometric.solve_with(round.stiffness, &terms, &vertices, round.steps, round.is_near)?;
+        let correlation = Correlation {
+            detail: round.detail,
+            point_px: (round.point_step as f64 / round.detail).powi(2),
+            ..Correlation::of(&isometric.mesh, camera, &image, &points, &solution.vertices)
+        };
         let then = then(isometric, &photo_consistency, &solution.vertices);
         let fitted = Fitted {
             vertices: solution.vertices,

@@ -9,8 +9,10 @@
 //!    so that light drops out; the mesh moves until they agree.
 //! 4. From a mesh, where the print is similar to itself, shifted or turned: the places that look alike are tried too, for matches
 //!    may have led to the wrong one.
-//! 5. The verdict: how far the image shows the print where the mesh puts it.
+//! 5. On request: the same in close-ups, the part of the camera's own image around the sheet, at growing resolution.
+//! 6. The verdict: how far the image shows the print where the mesh puts it.
 
+mod close_up;
 mod coarse_fitter;
 mod correlation;
 mod frame_fitter;

@@ -10,7 +10,7 @@ use crate::error::GeometryError;
 const MAX_HOPS: usize = 3;
 
 /// Correlation below which a fit is not worth trying elsewhere.
-const MIN_PROMISING: f64 = 0.4;
+pub(super) const MIN_PROMISING: f64 = 0.4;
 
 /// Mean distance of vertices within which two meshes are one, fractions of the print's longer side: less than half of the
 /// shortest shift.

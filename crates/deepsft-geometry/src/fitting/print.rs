@@ -13,7 +13,7 @@ const SHORTEST_SIDE: usize = 8;
 #[derive(Debug)]
 pub(crate) struct Print {
     mipmap: GreyMipmap,
-    texels_per_mm: f64,
+    pub(super) texels_per_mm: f64,
 }
 
 impl Print {

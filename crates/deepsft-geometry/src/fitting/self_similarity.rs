@@ -10,6 +10,9 @@ use std::iter::successors;
 /// its neighbours: 15 mm on a sheet of A4.
 const LONG_SIDE: usize = 96;
 
+/// How much finer the print is when it is compared in detail.
+const DETAIL: usize = 4;
+
 /// Blur before the comparison, pixels of the small print: perspective and bends are no reason to look different.
 const BLUR_PX: f32 = 0.7;
 
@@ -81,11 +84,11 @@ impl SmallPrint {
         }
     }
 
-    fn of(template: &Template) -> Self {
+    fn of(template: &Template, long_side: usize) -> Self {
         let size = template.size_mm();
-        let scale = LONG_SIDE as f64 / size.max_element();
+        let scale = long_side as f64 / size.max_element();
         let [width, height] = [size.x, size.y].map(|side| ((side * scale).round() as usize).max(1));
-        let mipmap = GreyMipmap::new(template.texture(), LONG_SIDE / 2);
+        let mipmap = GreyMipmap::new(template.texture(), long_side / 2);
         let texels = template.texture().width() as f64 / width as f64;
         let level = mipmap.level(texels.max(1.0).log2().round() as usize);
         let at = |index: usize, count: usize| (index as f32 + 0.5) / count as f32;
@@ -171,9 +174,26 @@ fn dot(a: &[f32], b: &[f32]) -> f32 {
     rest + sums.iter().sum::<f32>()
 }
 
+/// Whether the print looks like itself in detail too: of a page of text only the blurred lines do.
+pub(crate) fn is_alike_in_detail(template: &Template, similarities: &[SelfSimilarity]) -> bool {
+    let print = SmallPrint::of(template, DETAIL * LONG_SIDE);
+    let pixels = DVec2::new(print.width as f64, print.height as f64);
+    let turned: Vec<_> = successors(Some(print.turned()), |last| Some(last.turned()))
+        .take(3)
+        .collect();
+    similarities.iter().any(|like| {
+        let other = like.quarter_turns.checked_sub(1).map_or(&print, |turns| &turned[turns]);
+        let at = (like.offset * pixels).round().as_i64vec2();
+        let reach = DETAIL as isize + 1;
+        let around = (-reach..=reach).flat_map(|dy| (-reach..=reach).map(move |dx| (dx, dy)));
+        let mut places = around.map(|(dx, dy)| [at.x as isize + dx, at.y as isize + dy]);
+        places.any(|place| print.correlation(other, place) >= ALIKE)
+    })
+}
+
 /// How the print of `template` looks like itself elsewhere: the shortest shifts, and the best of each turn.
 pub(crate) fn self_similarities(template: &Template) -> Vec<SelfSimilarity> {
-    let print = SmallPrint::of(template);
+    let print = SmallPrint::of(template, LONG_SIDE);
     let pixels = DVec2::new(print.width as f64, print.height as f64);
     let aspect = template.size_mm().y / template.size_mm().x;
     let like = |quarter_turns: usize, [x, y]: [isize; 2]| SelfSimilarity {

@@ -5,7 +5,7 @@ use deepsft_geometry::fitting::{FitOptions, FrameFitter, Start};
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::metrics::frame_metrics;
 use deepsft_geometry::raster::VisibleSurface;
-use deepsft_geometry::{Camera, GeometryError, Maps, Picture, Template, training_camera};
+use deepsft_geometry::{Camera, CanonicalWarp, GeometryError, Maps, Picture, Surface, Template, training_camera};
 
 /// The maps with a registration up to 5 mm and a depth 4 % and a tilt off, as a network might say.
 fn mistaken(truth: &Maps) -> Maps {
@@ -264,6 +264,115 @@ fn too_little_to_fit_is_said_and_wrong_sizes_are_refused() {
         fitter.fit(&image, &camera, &small),
         Err(GeometryError::MapSize { .. })
     ));
+}
+
+/// A sheet with strokes of 1 to 5 mm, which the canonical image hardly shows.
+fn finely_printed() -> Template {
+    let print = Picture::from_fn(1188, 840, |x, y| {
+        let (x, y) = (x as f64 / 4.0, y as f64 / 4.0);
+        let wave = |a: f64, b: f64, c: f64| (a * x + b * y + c * (x * y) / 200.0).sin();
+        let strokes = wave(1.1, 0.6, 0.2) + wave(0.4, -1.5, 0.3) + wave(0.2, 0.15, 0.1);
+        [(125.0 + 40.0 * strokes) as u8; 3]
+    });
+    Template::thin_shell(print, 297.0, 210.0).unwrap()
+}
+
+/// What a camera with three times the canonical image's pixels along each side takes of the sheet, with noise.
+fn photograph(template: &Template, truth: &Maps) -> Picture {
+    let texture = template.texture();
+    let size = texture.size().as_dvec2();
+    Picture::from_fn(truth.size().width, truth.size().height, |x, y| {
+        let pixel = y * truth.size().width + x;
+        if !truth.inside(pixel) {
+            return [if (x / 36 + y / 27) % 2 == 0 { 60 } else { 150 }; 3];
+        }
+        let at = truth.uv(pixel) * size;
+        let noise = ((x * 7919 + y * 104_729 + x * y * 31) % 41) as f32 - 20.0;
+        texture.sample(at.x, at.y).map(|c| (0.8 * c + 20.0 + noise) as u8)
+    })
+}
+
+/// RMS distance of the vertices from the true ones, mm.
+fn distance(surface: &Surface, truth: &[DVec3]) -> f64 {
+    let squares = surface
+        .vertices_camera
+        .iter()
+        .zip(truth)
+        .map(|(p, q)| p.distance_squared(*q));
+    (squares.sum::<f64>() / truth.len() as f64).sqrt()
+}
+
+#[test]
+fn the_pixels_of_a_larger_image_make_the_mesh_more_exact_through_any_lens() {
+    let (template, canonical) = (finely_printed(), training_camera());
+    let large = canonical.resized((1440, 810)).unwrap();
+    let vertices: Vec<DVec3> = bent(&template, 0.0).iter().map(|p| p + 150.0 * DVec3::Z).collect();
+    let start = Start::Mesh(vertices.iter().map(|p| p + DVec3::new(3.0, 2.0, 12.0)).collect());
+    let mut fitter = FrameFitter::new(&template, FitOptions::default()).unwrap();
+    for camera in [large, large.with_distortion([-0.15, 0.03, 0.001, 0.0, 0.0]).unwrap()] {
+        let image = photograph(
+            &template,
+            &VisibleSurface::new(template.mesh(), &vertices, &camera).maps(),
+        );
+        let small = CanonicalWarp::new(&camera, &canonical).apply(&image).unwrap();
+        let fitted = fitter.fit(&small, &canonical, &start).unwrap().unwrap();
+        let close = fitter.fit_close_ups(&image, &camera, fitted.clone()).unwrap();
+        let [before, after] = [&fitted, &close].map(|surface| distance(surface, &vertices));
+        assert!(after < 0.6 * before, "{before} mm, {after} mm");
+        assert!(close.verdict.is_found() && close.camera == canonical);
+        assert!(
+            close.verdict.detail > 2.0 && close.verdict.explained > 0.95,
+            "{:?}",
+            close.verdict
+        );
+        // About as many pixels as before: they are those of the canonical image.
+        let px = close.verdict.confirmed_px / fitted.verdict.confirmed_px;
+        assert!((0.8..1.3).contains(&px), "{px}");
+        // The canonical image itself has no more to say.
+        assert_eq!(
+            fitter.fit_close_ups(&small, &canonical, fitted.clone()).unwrap(),
+            fitted
+        );
+        let wrong = fitter.fit_close_ups(&small, &camera, fitted.clone());
+        assert!(matches!(wrong, Err(GeometryError::MapSize { .. })));
+        let short = Surface {
+            vertices_camera: vertices[1..].to_vec(),
+            ..fitted
+        };
+        let wrong = fitter.fit_close_ups(&image, &camera, short);
+        assert!(matches!(wrong, Err(GeometryError::StartLength { .. })));
+    }
+}
+
+/// Crumpled paper: in the middle third every cell is 4 % shorter.
+#[test]
+fn a_sheet_that_has_shrunk_in_part_is_followed_in_close_ups() {
+    let (template, canonical) = (finely_printed(), training_camera());
+    let camera = canonical.resized((1440, 810)).unwrap();
+    let shrunk = |p: &DVec3| p - DVec3::X * (0.04 * p.x.clamp(-50.0, 50.0)) + 500.0 * DVec3::Z;
+    let vertices: Vec<DVec3> = template.mesh().vertices().iter().map(shrunk).collect();
+    let image = photograph(
+        &template,
+        &VisibleSurface::new(template.mesh(), &vertices, &camera).maps(),
+    );
+    let truth = VisibleSurface::new(template.mesh(), &vertices, &canonical).maps();
+    let small = CanonicalWarp::new(&camera, &canonical).apply(&image).unwrap();
+    let start = template
+        .mesh()
+        .vertices()
+        .iter()
+        .map(|p| p + 500.0 * DVec3::Z)
+        .collect();
+    let mut fitter = FrameFitter::new(&template, FitOptions::default()).unwrap();
+    let fitted = fitter.fit(&small, &canonical, &Start::Mesh(start)).unwrap().unwrap();
+    let close = fitter.fit_close_ups(&image, &camera, fitted.clone()).unwrap();
+    let error = |surface: &Surface| {
+        let maps = surface.maps(template.mesh());
+        let metrics = frame_metrics(&maps, &truth, &canonical, template.size_mm()).unwrap();
+        metrics.registration_rmse_px.unwrap()
+    };
+    let (before, after) = (error(&fitted), error(&close));
+    assert!(after < 0.5 * before && after < 0.15, "{before} px, {after} px");
 }
 
 /// A sheet of 300 x 200 mm with 6 x 4 motifs that have no symmetry of their own.

@@ -145,7 +145,8 @@ impl TargetFinder {
 
     /// Estimates the target in `view`: of what the finders see, fitted to the image and judged, that of which the image confirms most.
     /// It is measured in the image of the canonical camera, or where the target is not found in that or reaches over its border, of
-    /// one that is zoomed out as far as the image goes on.
+    /// one that is zoomed out as far as the image goes on. What is seen of a sheet is then fitted to the pixels of the image itself
+    /// ([`FrameFitter::fit_close_ups`]).
     ///
     /// # Errors
     /// As [`Finder::find`].
@@ -160,6 +161,17 @@ impl TargetFinder {
             if wider.judgement.found {
                 best = wider;
             }
+        }
+        if let Some(surface) = best.surface.take() {
+            let surface = self.fitter()?.fit_close_ups(view.image(), view.camera(), surface)?;
+            let drawn = surface.maps(self.target.template().mesh());
+            // A network's mask leaves out what hides the object; the surface itself tells otherwise.
+            best.maps = match surface.is_hidden.is_empty() {
+                true => drawn.within(&best.maps),
+                false => drawn,
+            };
+            best.judgement = Judgement::of_surface(&surface, &best.maps);
+            best.surface = Some(surface);
         }
         Ok(best)
     }
@@ -216,11 +228,7 @@ impl TargetFinder {
             (None, Start::Mesh(_)) => Maps::empty(camera.size()),
         };
         let judgement = match (&surface, self.target.network()) {
-            (Some(surface), _) => Judgement {
-                found: surface.verdict.is_found(),
-                confidence: surface.verdict.explained as f32,
-                area: Judgement::area_of(&maps),
-            },
+            (Some(surface), _) => Judgement::of_surface(surface, &maps),
             (None, Some(network)) if !self.target.template().is_sheet() => network.judge(canonical, &maps)?,
             (None, _) => Judgement::default(),
         };

@@ -152,6 +152,8 @@ impl<'a> Studied<'a> {
                 Some(start) => self.fitter.fit(&canonical, &self.canonical, start)?,
                 None => None,
             };
+            let fit = fit.map(|surface| self.fitter.fit_close_ups(image, &self.camera, surface));
+            let fit = fit.transpose()?;
             let fit_ms = stopwatch.ms();
             let verdict = fit.as_ref().map_or_else(Verdict::default, |surface| surface.verdict);
             attempts.push(Attempt {

@@ -1,0 +1,186 @@
+//! Close-ups: the part of the camera's own image around a sheet, from coarse to fine.
+
+use super::correlation::POINT_STEP;
+use super::isometric_mesh::Stiffness;
+use super::mesh_fitter::{FitRound, Fitted, MeshFitter, Resolution};
+use super::observation::Observation;
+use super::print::Print;
+use crate::camera::{Camera, CanonicalWarp};
+use crate::error::GeometryError;
+use crate::image::{GreyImage, ImageSize, Picture};
+use crate::surface::Surface;
+use glam::{DVec2, DVec3};
+
+/// How much more detail each close-up shows than the one before it, at most.
+const STEP: f64 = 2.0;
+
+/// A finest close-up with less detail shows nothing that the canonical image does not.
+const LEAST_DETAIL: f64 = 1.25;
+
+/// Most pixels of a close-up.
+const MAX_PIXELS: f64 = 2e6;
+
+/// Pixels of the canonical image around the sheet: it may move by a few.
+const MARGIN_PX: f64 = 8.0;
+
+/// Places along each side of the image that say which rays it holds.
+const BORDER_PLACES: usize = 16;
+
+/// Blurs of the rounds in each close-up, its pixels, and the blur at which the last is judged: photographs are rarely sharp to the pixel.
+const BLURS_PX: [f32; 2] = [3.0, 0.7];
+const JUDGED_BLUR_PX: f32 = 1.2;
+
+/// Width of the window in which mean and contrast are taken, pixels: a window hardly larger than a letter sees no words.
+const WINDOW_PX: f32 = 24.0;
+
+/// Times that the first close-up is gone through: what is right pulls in what lies beside it.
+const FIRST_TIMES: usize = 2;
+
+/// Solver steps of a round.
+const STEPS: usize = 8;
+
+/// Most points that are compared.
+const MAX_POINTS: f64 = 40_000.0;
+
+/// Explained fraction from which no softer mesh is tried, and how much more a softer one has to explain.
+const SURE: f64 = 0.9;
+const MORE: f64 = 0.02;
+
+/// What a camera with a longer focal length would see of a sheet.
+pub(super) struct CloseUp {
+    pub(super) grey: GreyImage,
+    pub(super) camera: Camera,
+    /// Its pixels along the side of a pixel of the surface's own camera.
+    pub(super) detail: f64,
+}
+
+/// The rays (x, y, 1) of a rectangle before a camera: the least x and y, and the greatest.
+type Rays = (DVec2, DVec2);
+
+/// The close-ups of `surface` in `image`, which `source` took. The last shows what the image has or what `print` has, whichever is
+/// less; none where that is hardly more than the surface's own camera shows.
+pub(super) fn close_ups(
+    image: &Picture,
+    source: &Camera,
+    surface: &Surface,
+    print: &Print,
+) -> Result<Vec<CloseUp>, GeometryError> {
+    let focal = surface.camera.focal();
+    let Some((low, high)) = rays(source, surface, MARGIN_PX / focal.x) else {
+        return Ok(Vec::new());
+    };
+    let vertices = &surface.vertices_camera;
+    let depth_mm = vertices.iter().map(|p| p.z).sum::<f64>() / vertices.len() as f64;
+    let of_image = (source.focal() / focal).min_element();
+    let of_print = print.texels_per_mm * depth_mm / focal.x;
+    let of_memory = (MAX_PIXELS / ((high - low) * focal).element_product()).sqrt();
+    let finest = of_image.min(of_print).min(of_memory);
+    if finest < LEAST_DETAIL {
+        return Ok(Vec::new());
+    }
+    let count = finest.log(STEP).ceil().max(1.0);
+    let details = (1..=count as i32).map(|k| finest.powf(f64::from(k) / count));
+    let close_up = |detail: f64| {
+        let focal = focal * detail;
+        let sides = ((high - low) * focal).ceil();
+        let size = ImageSize {
+            width: sides.x as usize,
+            height: sides.y as usize,
+        };
+        let camera = Camera::pinhole(size, focal, -low * focal)?;
+        let grey = GreyImage::of(&CanonicalWarp::new(source, &camera).apply(image)?);
+        Ok(CloseUp { grey, camera, detail })
+    };
+    details.map(close_up).collect()
+}
+
+/// Fits the fine mesh of `surface` to its close-ups, and says in the last how far it is confirmed. A softer mesh is taken where it
+/// explains more. `None` without close-ups.
+pub(super) fn fit_through(
+    fitter: &mut MeshFitter,
+    close_ups: &[CloseUp],
+    surface: &Surface,
+) -> Result<Option<Fitted>, GeometryError> {
+    let mut best: Option<Fitted> = None;
+    for stiffness in Stiffness::from_stiff_to_soft() {
+        let (start, is_hidden) = match &best {
+            Some(best) => (&best.vertices, &best.correlation.is_hidden),
+            None => (&surface.vertices_camera, &surface.is_hidden),
+        };
+        let Some(fitted) = fit_with(fitter, close_ups, stiffness, start, is_hidden)? else {
+            return Ok(None);
+        };
+        let explained = fitted.correlation.explained;
+        if best
+            .as_ref()
+            .is_some_and(|best| explained < best.correlation.explained + MORE)
+        {
+            break;
+        }
+        best = Some(fitted);
+        if explained >= SURE {
+            break;
+        }
+    }
+    Ok(best)
+}
+
+fn fit_with(
+    fitter: &mut MeshFitter,
+    close_ups: &[CloseUp],
+    stiffness: Stiffness,
+    start: &[DVec3],
+    is_hidden: &[bool],
+) -> Result<Option<Fitted>, GeometryError> {
+    let mut fitted: Option<Fitted> = None;
+    let first = close_ups.iter().take(1).cycle().take(FIRST_TIMES);
+    for close_up in first.chain(close_ups.iter().skip(1)) {
+        let observation = Observation::new(&close_up.grey, &close_up.camera)?;
+        let area = close_up.camera.size().area() as f64;
+        let is_hidden = fitted
+            .as_ref()
+            .map_or(is_hidden, |fitted| &fitted.correlation.is_hidden);
+        let trust: Vec<f32> = is_hidden.iter().map(|hidden| if *hidden { 0.0 } else { 1.0 }).collect();
+        let round = FitRound {
+            resolution: Resolution::Fine,
+            window: WINDOW_PX,
+            stiffness,
+            detail: close_up.detail,
+            point_step: ((area / MAX_POINTS).sqrt().ceil() as usize).max(POINT_STEP),
+            ..FitRound::new(0.0, STEPS)
+        };
+        let trusted = (!trust.is_empty()).then_some((&trust[..], 0.5));
+        let rounds = BLURS_PX.map(|blur| FitRound { blur, trusted, ..round });
+        let judging = FitRound {
+            blur: JUDGED_BLUR_PX,
+            steps: 0,
+            ..round
+        };
+        for round in rounds.iter().chain([&judging]) {
+            let start = fitted.as_ref().map_or(start, |fitted| &fitted.vertices);
+            fitted = Some(fitter.round(observation, start, round, &[])?);
+        }
+    }
+    Ok(fitted)
+}
+
+/// The rays of the surface, with a margin, as far as `source` has them in its image. `None` where it has none.
+fn rays(source: &Camera, surface: &Surface, margin: f64) -> Option<Rays> {
+    let size = source.size().as_dvec2();
+    let around = |rays: &mut dyn Iterator<Item = DVec2>| {
+        let nothing = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+        rays.fold(nothing, |(low, high), ray| (low.min(ray), high.max(ray)))
+    };
+    let before = surface.vertices_camera.iter().filter(|p| p.z > 0.0);
+    let sheet = around(&mut before.map(|p| p.truncate() / p.z));
+    let border = (0..=BORDER_PLACES).flat_map(|k| {
+        let at = size * (k as f64 / BORDER_PLACES as f64);
+        let top_and_bottom = [DVec2::new(at.x, 0.0), DVec2::new(at.x, size.y)];
+        top_and_bottom
+            .into_iter()
+            .chain([DVec2::new(0.0, at.y), DVec2::new(size.x, at.y)])
+    });
+    let image = around(&mut border.map(|pixel| source.ray_from_pixel(pixel)));
+    let (low, high) = ((sheet.0 - margin).max(image.0), (sheet.1 + margin).min(image.1));
+    (low.is_finite() && high.is_finite() && low.cmplt(high).all()).then_some((low, high))
+}
