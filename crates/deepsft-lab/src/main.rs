@@ -26,7 +26,7 @@ enum Command {
     AnyPicture(any_picture::AnyPictureArguments),
     /// Measure how fast this machine synthesises, trains and estimates.
     Bench(bench::BenchArguments),
-    /// Measure finding, tracking, rolls and cameras where the truth is known.
+    /// Measure finding, tracking, rolls, cameras and rendered sheets where the truth is known.
     #[command(subcommand)]
     Study(study::StudyCommand),
 }

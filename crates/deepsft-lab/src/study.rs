@@ -1,5 +1,6 @@
 //! `deepsft-lab study`: gauges of what a part of the pipeline is worth, where the truth is known.
 
+mod blender;
 mod cameras;
 mod finding;
 mod rolls;
@@ -10,6 +11,8 @@ use clap::Subcommand;
 
 #[derive(Subcommand)]
 pub enum StudyCommand {
+    /// Measure the fit on frames of another renderer, with materials, lights and shapes of their own.
+    Blender(blender::BlenderArguments),
     /// Measure the same scenes through several cameras, with and without the canonical warp.
     Cameras(cameras::CamerasArguments),
     /// Measure how often features find a print that nothing was trained for.
@@ -22,6 +25,7 @@ pub enum StudyCommand {
 
 pub fn run(command: &StudyCommand) -> Result<()> {
     match command {
+        StudyCommand::Blender(arguments) => blender::run(arguments),
         StudyCommand::Cameras(arguments) => cameras::run(arguments),
         StudyCommand::Finding(arguments) => finding::run(arguments),
         StudyCommand::Rolls(arguments) => rolls::run(arguments),

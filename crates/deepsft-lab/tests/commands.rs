@@ -1,6 +1,9 @@
 //! Every command of the lab on small input, run as users run it.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+use deepsft_formats::{camera_to_json, decode_picture, encode_png, f32_npy};
+use deepsft_geometry::glam::DVec2;
+use deepsft_geometry::{Camera, Picture};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
@@ -153,4 +156,61 @@ fn finding_is_studied_by_kind_of_print() {
     }
     let one = ["study", "finding", "--kinds", "graphic", "--prints", "1", "--seed", "5"];
     deepsft_lab(folder.path(), &one).fails(1, &["two prints"]);
+}
+
+/// Writes a frame as the renderer does: a print, flat and frontal, 200 mm wide and 500 mm away.
+fn write_flat_frame(folder: &Path, print: &str, picture: &Picture) {
+    let (frame, camera) = (folder.join(format!("{print}-0")), Camera::typical((960, 540)).unwrap());
+    let pixels = DVec2::new(picture.width() as f64, picture.height() as f64);
+    let size = 200.0 / pixels.x * pixels;
+    let at = |x: usize, y: usize| {
+        let uv = 500.0 * camera.ray_from_pixel(DVec2::new(x as f64 + 0.5, y as f64 + 0.5)) / size + 0.5;
+        (uv == uv.clamp(DVec2::ZERO, DVec2::ONE)).then_some(uv * pixels)
+    };
+    let image = Picture::from_fn(960, 540, |x, y| {
+        at(x, y).map_or([90; 3], |at| picture.sample(at.x, at.y).map(|value| value as u8))
+    });
+    let visible = Picture::from_fn(960, 540, |x, y| at(x, y).map_or([0; 3], |_| [255; 3]));
+    let corners = [[-0.5, -0.5], [0.5, -0.5], [-0.5, 0.5], [0.5, 0.5]];
+    let surface = corners.iter().flat_map(|[x, y]| [x * size.x, y * size.y, 500.0]);
+    let about = serde_json::json!({"print": format!("{print}.png"), "size_mm": [size.x, size.y], "grid": [2, 2],
+        "material": "matt", "light": "even", "shape": "flat"});
+    fs::create_dir_all(folder.join("prints")).unwrap();
+    fs::create_dir(&frame).unwrap();
+    let surface = f32_npy(&[2, 3], surface.map(|value| value as f32)).unwrap();
+    for (file, content) in [
+        (folder.join(format!("prints/{print}.png")), encode_png(picture).unwrap()),
+        (frame.join("image.png"), encode_png(&image).unwrap()),
+        (frame.join("visible.png"), encode_png(&visible).unwrap()),
+        (frame.join("surface.npy"), surface),
+        (frame.join("camera.json"), camera_to_json(&camera).into_bytes()),
+        (frame.join("frame.json"), about.to_string().into_bytes()),
+    ] {
+        fs::write(file, content).unwrap();
+    }
+}
+
+#[test]
+fn a_flat_print_of_another_renderer_is_fitted_exactly() {
+    let folder = tempfile::tempdir().unwrap();
+    let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models/poster-a4");
+    for (print, file) in [("poster", "template/texture.png"), ("sheet", "figures/physics.png")] {
+        let mut picture = decode_picture(&fs::read(models.join(file)).unwrap()).unwrap();
+        while picture.width() > 600 {
+            picture = picture.halved();
+        }
+        write_flat_frame(folder.path(), print, &picture);
+    }
+    let run = deepsft_lab(folder.path(), &["study", "blender", ".", "--json", "frames.json"]);
+    assert!(run.succeeds().stdout.contains("shape: flat"), "{}", run.stdout);
+    let report = json(&folder.path().join("frames.json"));
+    let frame = &report["frames"][0];
+    assert!(frame["right"] == true && frame["false_find"] == false, "{frame}");
+    let error = |name: &str| frame["errors"][name].as_f64().unwrap();
+    assert!(error("registration_median_px") < 0.3, "{frame}");
+    assert!(
+        error("points_rmse_mm") < 2.0 && error("vertices_rmse_mm") < 2.0,
+        "{frame}"
+    );
+    deepsft_lab(folder.path(), &["study", "blender", "prints"]).fails(1, &["two prints"]);
 }
