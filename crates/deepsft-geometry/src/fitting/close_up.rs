@@ -8,6 +8,7 @@ use super::print::Print;
 use crate::camera::{Camera, CanonicalWarp};
 use crate::error::GeometryError;
 use crate::image::{GreyImage, ImageSize, Picture};
+use crate::solver::Energy;
 use crate::surface::Surface;
 use glam::{DVec2, DVec3};
 
@@ -100,6 +101,7 @@ pub(super) fn fit_through(
     fitter: &mut MeshFitter,
     close_ups: &[CloseUp],
     surface: &Surface,
+    priors: &[&dyn Energy],
 ) -> Result<Option<Fitted>, GeometryError> {
     let mut best: Option<Fitted> = None;
     for stiffness in Stiffness::from_stiff_to_soft() {
@@ -107,7 +109,7 @@ pub(super) fn fit_through(
             Some(best) => (&best.vertices, &best.correlation.is_hidden),
             None => (&surface.vertices_camera, &surface.is_hidden),
         };
-        let Some(fitted) = fit_with(fitter, close_ups, stiffness, start, is_hidden)? else {
+        let Some(fitted) = fit_with(fitter, close_ups, stiffness, (start, is_hidden), priors)? else {
             return Ok(None);
         };
         let explained = fitted.correlation.explained;
@@ -129,8 +131,8 @@ fn fit_with(
     fitter: &mut MeshFitter,
     close_ups: &[CloseUp],
     stiffness: Stiffness,
-    start: &[DVec3],
-    is_hidden: &[bool],
+    (start, is_hidden): (&[DVec3], &[bool]),
+    priors: &[&dyn Energy],
 ) -> Result<Option<Fitted>, GeometryError> {
     let mut fitted: Option<Fitted> = None;
     let first = close_ups.iter().take(1).cycle().take(FIRST_TIMES);
@@ -158,7 +160,7 @@ fn fit_with(
         };
         for round in rounds.iter().chain([&judging]) {
             let start = fitted.as_ref().map_or(start, |fitted| &fitted.vertices);
-            fitted = Some(fitter.round(observation, start, round, &[])?);
+            fitted = Some(fitter.round(observation, start, round, priors)?);
         }
     }
     Ok(fitted)

@@ -2,6 +2,7 @@
 
 use super::close_up::{close_ups, fit_through};
 use super::coarse_fitter::CoarseFitter;
+use super::measurements::measurements_of_mesh;
 use super::mesh_fitter::{FitRound, Resolution};
 use super::mode_hops::{MIN_PROMISING, best_of_mode_hops};
 use super::observation::Observation;
@@ -134,11 +135,18 @@ impl FrameFitter {
         camera: &Camera,
         surface: Surface,
     ) -> Result<Surface, GeometryError> {
-        let fitter = &mut self.coarse.mesh_fitter;
+        let fine = &self.coarse.mesh_fitter.fine;
         check_size(image.size(), camera.size())?;
-        check_start(&surface.vertices_camera, fitter.fine.mesh.vertices().len())?;
+        check_start(&surface.vertices_camera, fine.mesh.vertices().len())?;
+        // What the image shows nothing of stays about where it was.
+        let measured = measurements_of_mesh(&fine.mesh, &surface.vertices_camera, &surface.camera);
+        let worth = self.coarse.options.independent_registrations;
+        let (reprojection, depth) = self
+            .coarse
+            .measured_terms(fine, &measured, &surface.camera, worth, |_| 1.0)?;
+        let fitter = &mut self.coarse.mesh_fitter;
         let close_ups = close_ups(image, camera, &surface, &fitter.print)?;
-        let Some(fitted) = fit_through(fitter, &close_ups, &surface)? else {
+        let Some(fitted) = fit_through(fitter, &close_ups, &surface, &[&reprojection, &depth])? else {
             return Ok(surface);
         };
         let correlation = fitted.correlation;
