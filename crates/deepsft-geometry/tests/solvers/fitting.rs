@@ -318,7 +318,8 @@ fn the_pixels_of_a_larger_image_make_the_mesh_more_exact_through_any_lens() {
         let fitted = fitter.fit(&small, &canonical, &start).unwrap().unwrap();
         let close = fitter.fit_close_ups(&image, &camera, fitted.clone()).unwrap();
         let [before, after] = [&fitted, &close].map(|surface| distance(surface, &vertices));
-        assert!(after < 0.6 * before, "{before} mm, {after} mm");
+        eprintln!("PX {before} {after} {:?} {:?}", fitted.verdict, close.verdict);
+        assert!(after < 0.5 * before, "{before} mm, {after} mm");
         assert!(close.verdict.is_found() && close.camera == canonical);
         assert!(
             close.verdict.detail > 2.0 && close.verdict.explained > 0.95,
@@ -344,35 +345,30 @@ fn the_pixels_of_a_larger_image_make_the_mesh_more_exact_through_any_lens() {
     }
 }
 
-/// Crumpled paper: in the middle third every cell is 4 % shorter.
+/// A print that came out uneven: its middle third is 2.5 % shorter than the template says.
 #[test]
-fn a_sheet_that_has_shrunk_in_part_is_followed_in_close_ups() {
+fn a_print_that_is_uneven_by_some_per_cent_is_followed_in_close_ups() {
     let (template, canonical) = (finely_printed(), training_camera());
     let camera = canonical.resized((1440, 810)).unwrap();
-    let shrunk = |p: &DVec3| p - DVec3::X * (0.04 * p.x.clamp(-50.0, 50.0)) + 500.0 * DVec3::Z;
-    let vertices: Vec<DVec3> = template.mesh().vertices().iter().map(shrunk).collect();
+    let uneven = |p: &DVec3| p - DVec3::X * (0.025 * p.x.clamp(-50.0, 50.0)) + 500.0 * DVec3::Z;
+    let vertices: Vec<DVec3> = template.mesh().vertices().iter().map(uneven).collect();
     let image = photograph(
         &template,
         &VisibleSurface::new(template.mesh(), &vertices, &camera).maps(),
     );
     let truth = VisibleSurface::new(template.mesh(), &vertices, &canonical).maps();
     let small = CanonicalWarp::new(&camera, &canonical).apply(&image).unwrap();
-    let start = template
-        .mesh()
-        .vertices()
-        .iter()
-        .map(|p| p + 500.0 * DVec3::Z)
-        .collect();
+    let start = template.mesh().vertices().iter().map(|p| p + 500.0 * DVec3::Z);
+    let start = Start::Mesh(start.collect());
     let mut fitter = FrameFitter::new(&template, FitOptions::default()).unwrap();
-    let fitted = fitter.fit(&small, &canonical, &Start::Mesh(start)).unwrap().unwrap();
+    let fitted = fitter.fit(&small, &canonical, &start).unwrap().unwrap();
     let close = fitter.fit_close_ups(&image, &camera, fitted.clone()).unwrap();
-    let error = |surface: &Surface| {
+    let [before, after] = [&fitted, &close].map(|surface| {
         let maps = surface.maps(template.mesh());
         let metrics = frame_metrics(&maps, &truth, &canonical, template.size_mm()).unwrap();
         metrics.registration_rmse_px.unwrap()
-    };
-    let (before, after) = (error(&fitted), error(&close));
-    assert!(after < 0.5 * before && after < 0.15, "{before} px, {after} px");
+    });
+    assert!(after < 0.6 * before && after < 0.12, "{before} px, {after} px");
 }
 
 /// A sheet of 300 x 200 mm with 6 x 4 motifs that have no symmetry of their own.

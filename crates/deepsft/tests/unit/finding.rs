@@ -104,7 +104,15 @@ fn a_picture_is_found_fitted_and_judged_and_an_empty_room_is_not() {
     let seen = [&mut view, &mut behind].map(|view| pollster::block_on(finder.find(view, &training_camera())).unwrap());
     let [(seen, maps), (behind, _)] = seen;
     assert_eq!((seen.len(), behind.len(), maps), (1, 0, None));
-    assert_eq!(seen[0].vertices_camera, estimate.surface.unwrap().vertices_camera);
+    // The estimate has gone on in the pixels of the image itself.
+    let estimated = estimate.surface.unwrap().vertices_camera;
+    let apart = seen[0]
+        .vertices_camera
+        .iter()
+        .zip(&estimated)
+        .map(|(p, q)| p.distance(*q));
+    let apart = apart.fold(0.0, f64::max);
+    assert!(apart > 0.0 && apart < 5.0, "{apart} mm");
 
     let wall = Picture::from_fn(960, 540, |x, y| [(90 + (x / 31 + y / 17) % 2 * 60) as u8; 3]);
     let nothing = pollster::block_on(finder.estimate(&mut View::new(&wall, &camera))).unwrap();
