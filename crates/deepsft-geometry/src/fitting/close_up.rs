@@ -19,7 +19,7 @@ const STEP: f64 = 2.0;
 const LEAST_DETAIL: f64 = 1.25;
 
 /// Most pixels of a close-up.
-const MAX_PIXELS: f64 = 2e6;
+const MAX_PIXELS: f64 = 1e6;
 
 /// Pixels of the canonical image around the sheet: it may move by a few.
 const MARGIN_PX: f64 = 8.0;
