@@ -18,9 +18,6 @@ const MIN_GAIN: f64 = 1.1;
 /// A camera that sees less than this beyond the training camera's view has no other.
 const MIN_BEYOND: f64 = 1.05;
 
-/// Places along each side of the image that say which rays it holds.
-const BORDER_PLACES: usize = 16;
-
 /// Pixels of the canonical image between a mesh and a view's border for which the mesh counts as held by a view that is chosen anew.
 const MARGIN_PX: f64 = 8.0;
 
@@ -145,23 +142,13 @@ fn outwards(at: usize, length: usize) -> f64 {
 
 /// The focal length with which `canonical` would hold all of the source's image, as a multiple of its own; at least [`MIN_SCALE`].
 fn whole_image_scale(canonical: &Camera, source: &Camera) -> f64 {
-    let size = source.size().as_dvec2();
-    let border = (0..=BORDER_PLACES).flat_map(|k| {
-        let at = size * (k as f64 / BORDER_PLACES as f64);
-        [
-            DVec2::new(at.x, 0.0),
-            DVec2::new(at.x, size.y),
-            DVec2::new(0.0, at.y),
-            DVec2::new(size.x, at.y),
-        ]
-    });
     let centre = canonical.principal_point();
     let limit = canonical.size().as_dvec2() - centre;
-    let scale_of = |pixel: DVec2| {
-        let offset = source.ray_from_pixel(pixel) * canonical.focal();
+    let scale_of = |ray: DVec2| {
+        let offset = ray * canonical.focal();
         // To the right and down there is `limit`, to the left and up `centre`.
         let [right, left] = [offset / limit, -offset / centre].map(|fraction| fraction.max_element());
         1.0 / right.max(left)
     };
-    border.map(scale_of).fold(1.0, f64::min).max(MIN_SCALE)
+    source.border_rays().map(scale_of).fold(1.0, f64::min).max(MIN_SCALE)
 }

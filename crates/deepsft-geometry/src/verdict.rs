@@ -1,10 +1,12 @@
 //! Whether the image shows the object where a mesh lies.
 
-/// Least fraction of the visible print that the image confirms, in the canonical image and in a close-up, from [`CLOSE_UP_DETAIL`] on:
-/// of a wrong print a close-up confirms less.
+/// Least fraction of the visible print that the image confirms, in the canonical image and in a close-up: of a wrong print a close-up
+/// confirms less.
 const MIN_EXPLAINED: f64 = 0.4;
 const MIN_EXPLAINED_CLOSE_UP: f64 = 0.2;
-const CLOSE_UP_DETAIL: f64 = 1.25;
+
+/// Least [`Verdict::detail`] of a close-up: with less it shows nothing that the canonical image does not.
+pub(crate) const CLOSE_UP_DETAIL: f64 = 1.25;
 
 /// Ambiguity from which the image must confirm [`MIN_EXPLAINED_IF_AMBIGUOUS`] of the print: a sheet one row off shows much that is
 /// right. From [`MAX_AMBIGUITY`] on nothing is found.
@@ -30,7 +32,8 @@ pub struct Verdict {
     pub detail: f64,
     /// What the image confirms of the next best place where the print looks alike, as a fraction of this one. Near 1 nothing tells
     /// the two apart; 1 also where the fit was too bad to be tried elsewhere. `None` for a print that looks like itself nowhere
-    /// else, and for a mesh that started from a network's maps or from the last frame.
+    /// else, for a mesh that started from a network's maps or from the last frame, and in close-ups where an untried print looks like
+    /// itself only when it is blurred.
     pub ambiguity: Option<f64>,
 }
 

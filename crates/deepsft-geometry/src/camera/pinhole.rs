@@ -29,6 +29,9 @@ pub struct Camera {
 /// of a public table of 98 phones (0.73 to 1.01 covers 80 % of them).
 const TYPICAL_FOCAL_FRACTION: f64 = 0.79;
 
+/// Places along each side of an image that say which rays it holds.
+const BORDER_PLACES: usize = 16;
+
 impl Camera {
     /// A camera without lens distortion. `focal` is (fx, fy), `principal_point` (cx, cy), all in pixels,
     /// the image's corner at (0, 0) (so the centre of a 480-pixel row is 240).
@@ -218,6 +221,21 @@ impl Camera {
     pub fn ray_from_pixel(&self, pixel: DVec2) -> DVec2 {
         let distorted = (pixel - self.principal_point()) / self.focal();
         self.lens.undistort(distorted, self.reach)
+    }
+
+    /// Rays (x, y, 1) of places all around the image's border: together they say which rays the image holds.
+    pub(crate) fn border_rays(&self) -> impl Iterator<Item = DVec2> + '_ {
+        let size = self.size.as_dvec2();
+        let places = (0..=BORDER_PLACES).flat_map(move |k| {
+            let at = size * (k as f64 / BORDER_PLACES as f64);
+            [
+                DVec2::new(at.x, 0.0),
+                DVec2::new(at.x, size.y),
+                DVec2::new(0.0, at.y),
+                DVec2::new(size.x, at.y),
+            ]
+        });
+        places.map(|pixel| self.ray_from_pixel(pixel))
     }
 
     /// The camera point in mm at depth `depth_mm` (its z) behind an image position: X = rho (x, y, 1).

@@ -10,22 +10,17 @@ use crate::error::GeometryError;
 use crate::image::{GreyImage, ImageSize, Picture};
 use crate::solver::Energy;
 use crate::surface::Surface;
+use crate::verdict::CLOSE_UP_DETAIL;
 use glam::{DVec2, DVec3};
 
 /// How much more detail each close-up shows than the one before it, at most.
 const STEP: f64 = 2.0;
-
-/// A finest close-up with less detail shows nothing that the canonical image does not.
-const LEAST_DETAIL: f64 = 1.25;
 
 /// Most pixels of a close-up.
 const MAX_PIXELS: f64 = 1e6;
 
 /// Pixels of the canonical image around the sheet: it may move by a few.
 const MARGIN_PX: f64 = 8.0;
-
-/// Places along each side of the image that say which rays it holds.
-const BORDER_PLACES: usize = 16;
 
 /// Blurs of the rounds in each close-up, its pixels, and the blur at which the last is judged: photographs are rarely sharp to the pixel.
 const BLURS_PX: [f32; 2] = [3.0, 0.7];
@@ -76,7 +71,7 @@ pub(super) fn close_ups(
     let of_print = print.texels_per_mm * depth_mm / focal.x;
     let of_memory = (MAX_PIXELS / ((high - low) * focal).element_product()).sqrt();
     let finest = of_image.min(of_print).min(of_memory);
-    if finest < LEAST_DETAIL {
+    if finest < CLOSE_UP_DETAIL {
         return Ok(Vec::new());
     }
     let count = finest.log(STEP).ceil().max(1.0);
@@ -168,21 +163,13 @@ fn fit_with(
 
 /// The rays of the surface, with a margin, as far as `source` has them in its image. `None` where it has none.
 fn rays(source: &Camera, surface: &Surface, margin: f64) -> Option<Rays> {
-    let size = source.size().as_dvec2();
     let around = |rays: &mut dyn Iterator<Item = DVec2>| {
         let nothing = (DVec2::INFINITY, DVec2::NEG_INFINITY);
         rays.fold(nothing, |(low, high), ray| (low.min(ray), high.max(ray)))
     };
     let before = surface.vertices_camera.iter().filter(|p| p.z > 0.0);
     let sheet = around(&mut before.map(|p| p.truncate() / p.z));
-    let border = (0..=BORDER_PLACES).flat_map(|k| {
-        let at = size * (k as f64 / BORDER_PLACES as f64);
-        let top_and_bottom = [DVec2::new(at.x, 0.0), DVec2::new(at.x, size.y)];
-        top_and_bottom
-            .into_iter()
-            .chain([DVec2::new(0.0, at.y), DVec2::new(size.x, at.y)])
-    });
-    let image = around(&mut border.map(|pixel| source.ray_from_pixel(pixel)));
+    let image = around(&mut source.border_rays());
     let (low, high) = ((sheet.0 - margin).max(image.0), (sheet.1 + margin).min(image.1));
     (low.is_finite() && high.is_finite() && low.cmplt(high).all()).then_some((low, high))
 }

@@ -22,6 +22,7 @@ pub struct FrameFitter {
     coarse: CoarseFitter,
     /// Looked for when first needed.
     self_similarities: Option<Vec<SelfSimilarity>>,
+    /// Whether they hold in detail, looked for when a close-up needs it.
     is_alike_in_detail: Option<bool>,
 }
 

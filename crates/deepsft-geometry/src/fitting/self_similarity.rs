@@ -227,9 +227,23 @@ mod tests {
             let level = if y < 150 { half(x, y) } else { half(199 - x, 299 - y) };
             [level as u8; 3]
         });
-        let found = self_similarities(&Template::thin_shell(picture, 60.0, 90.0).unwrap());
+        let card = Template::thin_shell(picture, 60.0, 90.0).unwrap();
+        let found = self_similarities(&card);
+        assert!(is_alike_in_detail(&card, &found));
         let turn = found.iter().find(|like| like.quarter_turns == 2).unwrap();
         let at = turn.of(DVec2::new(0.2, 0.1));
         assert!((at - DVec2::new(0.8, 0.9)).length() < 0.03, "{at}");
+    }
+
+    #[test]
+    fn lines_of_text_are_alike_only_when_they_are_blurred() {
+        let letter = |x: usize, y: usize| (x / 10 * 73 + y / 10 * 151 + 7).pow(3) % 1009 < 500;
+        let page = Picture::from_fn(600, 800, |x, y| match y % 60 {
+            0..30 if letter(x, y) => [0; 3],
+            _ => [255; 3],
+        });
+        let page = Template::thin_shell(page, 210.0, 280.0).unwrap();
+        let found = self_similarities(&page);
+        assert!(!found.is_empty() && !is_alike_in_detail(&page, &found));
     }
 }
