@@ -61,16 +61,17 @@ pub fn run(root: &Path, mode: Mode) -> Result<()> {
     check("formatting", &|| {
         counted(tools::cargo(root).args(["fmt", "--all", "--check"]))
     });
-    check("tools", &|| {
-        tools::ensure_node_packages(root)?;
-        let others: &[tools::Program] = if LINUX { &tools::OTHER_ENGINES } else { &[] };
-        for program in others.iter().chain([&tools::CHROMIUM]) {
-            program.find()?;
-        }
-        Ok(passed(()))
-    });
+    check("packages of Node", &|| tools::ensure_node_packages(root).map(passed));
     let tests = ["test", "--release", "--workspace", "--no-fail-fast"];
     let is_page_built = thread::scope(|scope| {
+        // They are downloaded while others compute.
+        scope.spawn(|| {
+            check("browsers", &|| {
+                let others: &[tools::Program] = if LINUX { &tools::OTHER_ENGINES } else { &[] };
+                let mut programs = others.iter().chain([&tools::CHROMIUM]);
+                programs.try_for_each(|program| program.find().map(drop)).map(passed)
+            });
+        });
         scope.spawn(|| {
             check("lints", &|| {
                 let mut clippy = cargo(&["clippy", "--release", "--workspace", "--all-targets"]);

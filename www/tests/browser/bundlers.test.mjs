@@ -143,6 +143,8 @@ async function webpacked({ base, into }) {
     context: folder,
     entry: "./main.js",
     output: { path: into, filename: "main.js", publicPath: base },
+    // Once is enough: it takes longer than all the rest.
+    optimization: { minimize: base === "/" },
     performance: { hints: false },
   });
   const stats = await promisify(compiler.run.bind(compiler))();

@@ -74,7 +74,7 @@ function distinct(estimates) {
 }
 
 for (const { device, wanted, different } of [
-  { device: "cpu", wanted: 12, different: 4 },
+  { device: "cpu", wanted: 6, different: 4 },
   { device: "webgpu", wanted: 3, different: 2 },
 ]) {
   test(

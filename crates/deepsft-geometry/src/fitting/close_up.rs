@@ -140,6 +140,7 @@ fn fit_with(
         let trust: Vec<f32> = is_hidden.iter().map(|hidden| if *hidden { 0.0 } else { 1.0 }).collect();
         let round = FitRound {
             resolution: Resolution::Fine,
+            border: true,
             window: WINDOW_PX,
             stiffness,
             detail: close_up.detail,

@@ -167,6 +167,7 @@ impl CoarseFitter {
         for &blur in blurs {
             let round = FitRound {
                 mask,
+                border: true,
                 ..FitRound::new(blur, self.options.steps)
             };
             let before = fitted.iterations;

@@ -107,6 +107,7 @@ impl FrameFitter {
             let round = FitRound {
                 resolution: Resolution::Fine,
                 mask: from.mask,
+                border: true,
                 ..FitRound::new(blur, self.coarse.options.steps)
             };
             let fitter = &mut self.coarse.mesh_fitter;

@@ -34,6 +34,8 @@ pub struct IsometricMesh {
     pub mesh: TriangleMesh,
     /// Finds its points by their texture position.
     pub locator: SurfaceLocator,
+    /// Sides that are the border: two vertices, and the third of their face.
+    pub(super) border: Vec<[usize; 3]>,
     /// Stiffer from one to the next, the last with the whole weight.
     isometry: [Isometry; 3],
     bending: Bending,
@@ -60,6 +62,7 @@ impl IsometricMesh {
         Ok(Self {
             solver: MeshSolver::new(&mesh, &[&isometry[0], &bending])?,
             locator: SurfaceLocator::new(&mesh),
+            border: border(&mesh),
             mesh,
             isometry,
             bending,
@@ -134,4 +137,16 @@ impl IsometricMesh {
         all.push(&self.bending);
         self.solver.solve(&all, start, &options)
     }
+}
+
+/// The sides that only one face has, and that face's third vertex.
+fn border(mesh: &TriangleMesh) -> Vec<[usize; 3]> {
+    let sides = |&[a, b, c]: &[usize; 3]| [[a, b, c], [b, c, a], [c, a, b]];
+    let mut sides: Vec<_> = mesh.faces().iter().flat_map(sides).collect();
+    let edge = |[a, b, _]: &[usize; 3]| [*a.min(b), *a.max(b)];
+    sides.sort_unstable_by_key(edge);
+    let alone = sides
+        .chunk_by(|a, b| edge(a) == edge(b))
+        .filter(|of_edge| of_edge.len() == 1);
+    alone.map(|side| side[0]).collect()
 }

@@ -1,5 +1,6 @@
 //! One template's mesh against images: the part that the fit of one frame and tracking have in common.
 
+use super::border::Border;
 use super::correlation::{Correlation, POINT_STEP};
 use super::grid_interpolation::GridInterpolation;
 use super::isometric_mesh::{IsometricMesh, Stiffness};
@@ -68,6 +69,8 @@ pub(crate) struct FitRound<'a> {
     pub(crate) mask: Option<&'a Maps>,
     /// Confidence of each vertex, and the confidence above which a point holds the mesh; without it all do.
     pub(crate) trusted: Option<(&'a [f32], f64)>,
+    /// Whether the mesh is held to the paper's border, where that is seen.
+    pub(crate) border: bool,
     /// How stiff the mesh is.
     pub(crate) stiffness: Stiffness,
     /// Pixels of the observed image along the side of a pixel of the canonical image. What is seen counts for its square: errors in
@@ -90,6 +93,7 @@ impl FitRound<'_> {
             is_near: false,
             mask: None,
             trusted: None,
+            border: false,
             stiffness: Stiffness::WHOLE,
             detail: 1.0,
             point_step: POINT_STEP,
@@ -241,6 +245,10 @@ impl MeshFitter {
         let weight = self.photo_consistency * round.detail.powi(2) / holding.len().max(1) as f64;
         let photo_consistency = PhotoConsistency::new(&isometric.mesh, camera, &image, &holding, weight, robust)?;
         let mut terms: Vec<&dyn Energy> = vec![&photo_consistency];
+        let border = round
+            .border
+            .then(|| Border::new(&isometric.border, start, &surface, print, grey, round.detail));
+        terms.extend(border.iter().map(|border| border as &dyn Energy));
         terms.extend(priors);
         let solution = isometric.solve_with(round.stiffness, &terms, &vertices, round.steps, round.is_near)?;
         let correlation = Correlation {

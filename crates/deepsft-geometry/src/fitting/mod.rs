@@ -12,6 +12,7 @@
 //! 5. On request: the same in close-ups, the part of the camera's own image around the sheet, at growing resolution.
 //! 6. The verdict: how far the image shows the print where the mesh puts it.
 
+mod border;
 mod close_up;
 mod coarse_fitter;
 mod correlation;

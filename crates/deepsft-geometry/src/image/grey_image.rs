@@ -2,6 +2,7 @@
 
 use super::image_size::ImageSize;
 use super::picture::Picture;
+use glam::DVec2;
 
 /// A grey image, row-major, 0..=255.
 #[derive(Clone, PartialEq)]
@@ -28,6 +29,20 @@ impl GreyImage {
         values.extend(picture.rgb().as_chunks().0.iter().map(|&c| luma(c)));
         let size = picture.size();
         Self { size, values }
+    }
+
+    /// The value at an image position, bilinear, pixel centres at half integers. `None` outside the outermost pixel centres.
+    pub(crate) fn sample(&self, at: DVec2) -> Option<f64> {
+        let p = at - 0.5;
+        let last = self.size.as_dvec2() - 1.0;
+        if !(p.cmpge(DVec2::ZERO).all() && p.cmplt(last).all()) {
+            return None;
+        }
+        let (floor, [fx, fy]) = (p.floor(), p.fract().to_array());
+        let above = &self.values[floor.y as usize * self.size.width + floor.x as usize..];
+        let below = &above[self.size.width..];
+        let [a, b, c, d] = [above[0], above[1], below[0], below[1]].map(f64::from);
+        Some((a * (1.0 - fx) + b * fx) * (1.0 - fy) + (c * (1.0 - fx) + d * fx) * fy)
     }
 
     /// The image at half the size (rounded down), each pixel the mean of the four that it covers; in memory that is there already.

@@ -371,6 +371,37 @@ fn a_print_that_is_uneven_by_some_per_cent_is_followed_in_close_ups() {
     assert!(after < 0.6 * before && after < 0.12, "{before} px, {after} px");
 }
 
+/// A disc and a bar on white.
+fn nearly_blank() -> Template {
+    let print = Picture::from_fn(594, 420, |x, y| {
+        let (x, y) = (x as f64 / 2.0 - 110.0, y as f64 / 2.0 - 90.0);
+        let is_bar = (60.0..120.0).contains(&x) && (20.0..28.0).contains(&y);
+        if is_bar || x * x + y * y < 900.0 {
+            [170, 30, 40]
+        } else {
+            [245; 3]
+        }
+    });
+    Template::thin_shell(print, 297.0, 210.0).unwrap()
+}
+
+#[test]
+fn a_nearly_blank_sheet_is_held_by_its_border_and_what_is_not_seen_is_said_to_be_loose() {
+    let (template, canonical) = (nearly_blank(), training_camera());
+    let camera = canonical.resized((960, 540)).unwrap();
+    let vertices: Vec<DVec3> = bent(&template, 0.0).iter().map(|p| p + 50.0 * DVec3::Z).collect();
+    let truth = VisibleSurface::new(template.mesh(), &vertices, &camera).maps();
+    let image = photograph(&template, &truth);
+    let small = CanonicalWarp::new(&camera, &canonical).apply(&image).unwrap();
+    let start = Start::Mesh(vertices.iter().map(|p| p + DVec3::new(2.0, 3.0, 0.06 * p.x)).collect());
+    let mut fitter = FrameFitter::new(&template, FitOptions::default()).unwrap();
+    let fitted = fitter.fit(&small, &canonical, &start).unwrap().unwrap();
+    let close = fitter.fit_close_ups(&image, &camera, fitted).unwrap();
+    let error = distance(&close, &vertices);
+    eprintln!("ERROR {error}");
+    assert!(error < 2.0, "{error} mm");
+}
+
 /// A sheet of 300 x 200 mm with 6 x 4 motifs that have no symmetry of their own.
 fn rows_of_one_motif() -> Template {
     let picture = Picture::from_fn(600, 400, |x, y| match (x % 100, y % 100) {
