@@ -20,15 +20,11 @@ const DEEPEST_NODE: usize = 64;
 /// Bytes before the first chunk of a `.glb`.
 const GLB_HEADER: usize = 12;
 
-/// The parts of a file, and if asked the textures it names.
+/// The parts of a file, and if they are wanted the textures it names.
 ///
 /// The document is not validated by the crate `gltf`: it would refuse files without the bounds of their positions, which
 /// nobody needs here, and indexes with what it has not checked. Every index is looked up when it is followed.
-pub(super) fn parts(
-    bytes: &[u8],
-    textures_wanted: bool,
-    textures: &mut Textures<'_>,
-) -> Result<Vec<ScanPart>, FormatError> {
+pub(super) fn parts(bytes: &[u8], textures: &mut Textures<'_>) -> Result<Vec<ScanPart>, FormatError> {
     let (json, binary) = if bytes.starts_with(b"glTF") {
         let length = bytes
             .get(8..GLB_HEADER)
@@ -59,7 +55,7 @@ pub(super) fn parts(
     let mut reading = Reading {
         root: &root,
         buffers,
-        textures: textures_wanted.then_some(textures),
+        textures,
         parts: Vec::new(),
         nodes: HashSet::new(),
     };
@@ -73,8 +69,7 @@ pub(super) fn parts(
 struct Reading<'a, 't> {
     root: &'a Root,
     buffers: Buffers<'a>,
-    /// `None` when they are not wanted.
-    textures: Option<&'a mut Textures<'t>>,
+    textures: &'a mut Textures<'t>,
     parts: Vec<ScanPart>,
     /// Nodes that have been read: each has one place in the tree.
     nodes: HashSet<usize>,
@@ -171,14 +166,14 @@ impl Reading<'_, '_> {
 
     /// The number of the picture of a texture, if textures are wanted.
     fn texture(&mut self, index: Index<Texture>) -> Result<Option<usize>, FormatError> {
-        let Some(textures) = &mut self.textures else {
+        if !self.textures.are_wanted {
             return Ok(None);
-        };
+        }
         let source = self.root.get(index).map(|texture| texture.source);
         let Some((source, image)) = source.and_then(|source| Some((source, self.root.get(source)?))) else {
             return refused(format!("its texture {index} is neither PNG nor JPEG"));
         };
-        let buffers = &self.buffers;
+        let (buffers, textures) = (&self.buffers, &mut self.textures);
         let number = match (&image.uri, image.buffer_view) {
             // Data within the URI is no name to tell people.
             (Some(uri), _) if uri.starts_with("data:") => {
