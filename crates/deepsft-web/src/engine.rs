@@ -11,8 +11,7 @@ use crate::{
     target::EngineTarget,
 };
 use deepsft::{
-    DeviceDescription, DeviceKind, EstimateTimes, ModelBundle, Target, UnknownDevice, View, geometry::Maps,
-    start_device,
+    DeviceDescription, DeviceKind, EstimateTimes, ModelBundle, Target, View, geometry::Maps, start_device,
 };
 use js_sys::{Array, Object, Promise};
 use std::{cell::RefCell, collections::BTreeMap, rc::Rc};
@@ -47,20 +46,15 @@ impl Engine {
         #[wasm_bindgen(unchecked_param_type = "\"cpu\" | \"webgpu\"")] device: String,
     ) -> Promise {
         settle::promise(async move {
-            let kind: DeviceKind = device
-                .parse()
-                .map_err(|error: UnknownDevice| Failure::of_device(&error.into()))?;
+            let kind: DeviceKind = device.parse().map_err(Failure::of_device)?;
             let bundle = match files.is_undefined() {
                 true => None,
-                false => {
-                    let bundle = ModelBundle::from_files(&files_from(&files)?);
-                    Some(bundle.map_err(|error| Failure::of_model(&error))?)
-                }
+                false => Some(ModelBundle::from_files(&files_from(&files)?).map_err(Failure::of_model)?),
             };
-            let (device, description) = start_device(kind).await.map_err(|error| Failure::of_device(&error))?;
+            let (device, description) = start_device(kind).await.map_err(Failure::of_device)?;
             let mut targets = BTreeMap::new();
             if let Some(bundle) = &bundle {
-                let target = Target::from_model(bundle, &device).map_err(|error| Failure::of_model(&error))?;
+                let target = Target::from_model(bundle, &device).map_err(Failure::of_model)?;
                 targets.insert(MODEL_TARGET, Rc::new(EngineTarget::of_model(target)));
             }
             Ok(Self {

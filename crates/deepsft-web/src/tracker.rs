@@ -81,7 +81,7 @@ impl MeshTracker {
         #[wasm_bindgen(unchecked_param_type = "Iterable<[string, Uint8Array]>")] files: JsValue,
     ) -> Promise {
         self.adding((id, true), move || {
-            ModelBundle::template_from_files(&files_from(&files)?).map_err(|error| Failure::of_model(&error))
+            ModelBundle::template_from_files(&files_from(&files)?).map_err(Failure::of_model)
         })
     }
 
@@ -223,7 +223,7 @@ impl MeshTracker {
         settle::promise(async move {
             let (template, training) = template()?;
             let added = core.borrow_mut().session.add(id, &template, training, can_deny);
-            added.map_err(|error| Failure::of_target(&error))?;
+            added.map_err(Failure::of_target)?;
             Ok(JsValue::UNDEFINED)
         })
     }
