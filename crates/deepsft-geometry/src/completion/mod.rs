@@ -15,6 +15,6 @@ mod visible_vertices;
 pub use arap_completion::ArapCompletion;
 pub use maps_completion::MapsCompletion;
 pub use options::CompletionOptions;
-pub use report::{Completion, CompletionEnergy, CompletionReport};
+pub use report::{Completion, CompletionEnergy};
 pub use visible_points::VertexPoint;
 pub use visible_vertices::VisibleVertices;

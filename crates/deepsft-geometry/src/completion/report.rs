@@ -14,10 +14,12 @@ pub struct CompletionEnergy {
     pub smoothness: f64,
 }
 
-/// How a completion went.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// A completed mesh, and how its completion went.
+#[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
-pub struct CompletionReport {
+pub struct Completion {
+    /// All vertices, camera frame, in the template's unit.
+    pub vertices: Vec<DVec3>,
     /// Whether the last step was within the tolerance.
     pub converged: bool,
     /// Iterations done.
@@ -26,14 +28,4 @@ pub struct CompletionReport {
     pub initial_energy: CompletionEnergy,
     /// Energies of the result.
     pub final_energy: CompletionEnergy,
-}
-
-/// A completed mesh.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct Completion {
-    /// All vertices, camera frame, in the template's unit.
-    pub vertices: Vec<DVec3>,
-    /// How it went.
-    pub report: CompletionReport,
 }
