@@ -23,26 +23,18 @@ const FEWEST: usize = 3;
 /// Most matches that are looked at.
 const MAX_MATCHES: usize = 1500;
 
-/// Which matches are neighbours.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Neighbourhood {
-    /// Least and greatest distance in the image, pixels. Matches nearer to each other may be of one corner at two sizes, and
-    /// say nothing of each other.
-    pub distance_px: [f32; 2],
-    /// How exact places are, mm: what neighbours may be off beside the distortion.
-    pub place_mm: f32,
-}
-
 /// Groups of matches that confirm one another, the largest first.
-pub(crate) fn groups(matches: &[Match], neighbourhood: Neighbourhood) -> Vec<Vec<Match>> {
-    let [nearest, farthest] = neighbourhood.distance_px;
+///
+/// Neighbours are between `nearest` and `farthest` pixels apart in the image: matches nearer to each other may be of one corner at two
+/// sizes, and say nothing of each other. `place_mm` is how exact places are: what neighbours may be off beside the distortion.
+pub(crate) fn groups(matches: &[Match], [nearest, farthest]: [f32; 2], place_mm: f32) -> Vec<Vec<Match>> {
     let matches = &matches[..matches.len().min(MAX_MATCHES)];
     let similarities: Vec<Vec2> = matches.iter().map(|m| Vec2::from_angle(m.angle) * m.scale).collect();
     let explains = |i: usize, j: usize| {
         let (a, b) = (&matches[i], &matches[j]);
         let expected = similarities[i].rotate(b.pixel - a.pixel);
         let off = (b.place - a.place).distance(expected);
-        off <= DISTORTION * expected.length() + neighbourhood.place_mm
+        off <= DISTORTION * expected.length() + place_mm
     };
     let agree = |i: usize, j: usize| {
         let (a, b) = (&matches[i], &matches[j]);
@@ -129,11 +121,7 @@ mod tests {
             let flat = Vec2::new(70.0 * bend.sin(), m.place.y - 75.0) * 2.0;
             m.pixel.distance(Vec2::from_angle(turn).rotate(flat) + 500.0) < 1e-2
         };
-        let neighbourhood = Neighbourhood {
-            distance_px: [3.0, 116.0],
-            place_mm: 2.5,
-        };
-        let groups = groups(&matches, neighbourhood);
+        let groups = groups(&matches, [3.0, 116.0], 2.5);
         let (kept, count) = (groups[0].iter().filter(right).count(), groups[0].len());
         assert!(kept >= 75 && count - kept <= 4, "{kept} right of {count}");
         assert!(groups.get(1).is_none_or(|second| second.len() < 8));

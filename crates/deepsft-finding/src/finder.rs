@@ -1,6 +1,6 @@
 //! The feature finder: one printed picture in images.
 
-use crate::consensus::{Neighbourhood, groups};
+use crate::consensus::groups;
 use crate::features::Features;
 use crate::grade::PictureGrade;
 use crate::guided_matching::{ImageEvidence, guided_matches};
@@ -105,16 +105,13 @@ impl FeatureFinder {
         camera: &Camera,
     ) -> Result<Option<FoundSheet>, GeometryError> {
         let pixel = pixel(camera);
-        let neighbourhood = Neighbourhood {
-            distance_px: NEIGHBOURS_PX.map(|distance| (distance * pixel) as f32),
-            place_mm: PLACE_PX * self.target.mm_per_pixel,
-        };
+        let apart = NEIGHBOURS_PX.map(|distance| (distance * pixel) as f32);
         let seen = ImageEvidence {
             candidates,
             features,
             camera,
         };
-        let groups = groups(candidates, neighbourhood);
+        let groups = groups(candidates, apart, PLACE_PX * self.target.mm_per_pixel);
         let least = groups.first().map_or(0.0, |largest| MIN_GROUP * largest.len() as f64);
         let mut best: Option<(f64, Vec<DVec3>)> = None;
         for group in groups.iter().take(MAX_GROUPS) {
