@@ -83,16 +83,12 @@ fn grouped(matches: &[Match], pairs: &[[usize; 2]], confirmed: &[usize]) -> Vec<
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::descriptor::xorshift;
 
     #[test]
     fn of_matches_nine_tenths_wrong_those_on_a_bent_sheet_are_kept() {
-        let mut state = 5_u64;
-        let mut random = move || {
-            state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1_442_695_040_888_963_407);
-            (state >> 40) as f32 / (1_u64 << 24) as f32
-        };
+        let mut random = xorshift(0x9e37_79b9_7f4a_7c15);
+        let mut random = move || (random() >> 40) as f32 / (1 << 24) as f32;
         // A sheet of 200 x 150 mm around a cylinder of radius 70 mm seen from far away, turned by 2 radians, 2 pixels per mm:
         // x = 70 sin(u / 70), so lengths across shrink by cos(u / 70), down to 0.14 at the edges.
         let turn = 2.0_f32;
