@@ -91,6 +91,13 @@ impl CpuPlan {
         &self.buffers[self.slots[map.0]].values()[..self.length(map)]
     }
 
+    /// The channels of each position of such a map, without their padding.
+    pub(crate) fn positions(&self, map: MapId) -> impl Iterator<Item = &[f32]> {
+        let channels = self.shape(map).channels;
+        let positions = self.values(map).chunks_exact(self.pitch(map));
+        positions.map(move |position| &position[..channels])
+    }
+
     fn length(&self, map: MapId) -> usize {
         self.shapes[map.0].area() * self.pitch(map)
     }
