@@ -88,10 +88,6 @@ pub(crate) struct ObjCorner {
 }
 
 impl ObjFile {
-    /// Reads a file.
-    ///
-    /// # Errors
-    /// [`FormatError::Obj`].
     pub(crate) fn parse(bytes: &[u8]) -> Result<Self, FormatError> {
         let mut file = Self::default();
         let mut group = ObjGroup::default();
