@@ -49,10 +49,9 @@ pub fn mesh_from_obj(obj: &[u8]) -> Result<TriangleMesh, FormatError> {
     let mut faces = Vec::new();
     for face in file.groups.iter().flat_map(|group| &group.faces) {
         if face.iter().any(|corner| corner.texture != Some(corner.position)) {
-            return Err(FormatError::TemplateFile {
-                reason: "its mesh has a corner whose position and texture coordinates have different numbers"
-                    .to_owned(),
-            });
+            return Err(FormatError::TemplateFile(
+                "its mesh has a corner whose position and texture coordinates have different numbers".to_owned(),
+            ));
         }
         faces.push(face.map(|corner| corner.position));
     }

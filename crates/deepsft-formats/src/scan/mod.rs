@@ -105,5 +105,5 @@ fn inside(name: &str) -> Result<PathBuf, FormatError> {
 
 /// The error of a scan.
 fn refused<T>(reason: impl Into<String>) -> Result<T, FormatError> {
-    Err(FormatError::Scan { reason: reason.into() })
+    Err(FormatError::Scan(reason.into()))
 }
