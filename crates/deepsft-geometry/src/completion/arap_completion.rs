@@ -201,7 +201,7 @@ impl ArapCompletion {
         };
         check_start(start, self.welding.vertices())?;
         match start.iter().position(|p| !p.is_finite()) {
-            Some(vertex) => Err(TemplateError::VertexNotFinite { vertex }.into()),
+            Some(vertex) => Err(TemplateError::VertexNotFinite(vertex).into()),
             None => Ok(Some(self.welding.weld(start))),
         }
     }

@@ -77,12 +77,12 @@ impl Template {
         for (face, corners) in mesh.faces().iter().enumerate() {
             let [a, b, c] = corners.map(|v| mesh.vertices()[v]);
             if (b - a).cross(c - a) == DVec3::ZERO {
-                return Err(TemplateError::DegenerateFace { face });
+                return Err(TemplateError::DegenerateFace(face));
             }
             corners.iter().for_each(|&v| used[v] = true);
         }
         if let Some(vertex) = used.iter().position(|used| !used) {
-            return Err(TemplateError::UnusedVertex { vertex });
+            return Err(TemplateError::UnusedVertex(vertex));
         }
         let unit = |uv: &DVec2| uv.clamp(DVec2::ZERO, DVec2::ONE);
         let outside = |uv: &DVec2| uv.distance(unit(uv)) > TEXTURE_ROUNDING;

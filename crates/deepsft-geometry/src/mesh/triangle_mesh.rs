@@ -33,7 +33,7 @@ impl TriangleMesh {
         if let Some(vertex) =
             (0..vertices.len()).find(|&i| !vertices[i].is_finite() || !texture_coordinates[i].is_finite())
         {
-            return Err(TemplateError::VertexNotFinite { vertex });
+            return Err(TemplateError::VertexNotFinite(vertex));
         }
         for (face, corners) in faces.iter().enumerate() {
             if let Some(&vertex) = corners.iter().find(|&&v| v >= vertices.len()) {
