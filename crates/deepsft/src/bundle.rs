@@ -241,7 +241,7 @@ impl Manifest {
                 });
             }
             if !actual.sha256.eq_ignore_ascii_case(&entry.sha256) {
-                return Err(DeepSftError::BundleFileHash { file: name.clone() });
+                return Err(DeepSftError::BundleFileHash(name.clone()));
             }
         }
         Ok(())
@@ -251,7 +251,7 @@ impl Manifest {
     fn listed<'a>(&self, files: &'a BTreeMap<String, Vec<u8>>, name: &str) -> Result<&'a [u8], DeepSftError> {
         match self.files.contains_key(name) {
             true => file(files, name),
-            false => Err(DeepSftError::BundleFileMissing { file: name.to_owned() }),
+            false => Err(DeepSftError::BundleFileMissing(name.to_owned())),
         }
     }
 
@@ -275,7 +275,7 @@ fn file<'a>(files: &'a BTreeMap<String, Vec<u8>>, name: &str) -> Result<&'a [u8]
     files
         .get(name)
         .map(Vec::as_slice)
-        .ok_or_else(|| DeepSftError::BundleFileMissing { file: name.to_owned() })
+        .ok_or_else(|| DeepSftError::BundleFileMissing(name.to_owned()))
 }
 
 fn read_manifest(json: &[u8]) -> Result<Manifest, DeepSftError> {

@@ -91,9 +91,7 @@ impl Runner {
 
 #[cfg(feature = "webgpu")]
 fn failed(error: &GpuError) -> DeepSftError {
-    DeepSftError::Execution {
-        reason: error.to_string(),
-    }
+    DeepSftError::Execution(error.to_string())
 }
 
 /// Runners of one network, one for each caller at a time.
