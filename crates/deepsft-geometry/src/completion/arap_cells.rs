@@ -143,17 +143,14 @@ impl ArapCells {
             for (edge, &j) in edges.iter_mut().zip(neighbours) {
                 *edge = vertex - vertices[j];
             }
-            rotation = match &mut rotations {
-                Rotations::First(found) => {
-                    found[i] = self.rotation(i, weights, edges, rest, rotation);
-                    found[i]
-                }
-                Rotations::BestFrom(guesses) => {
-                    guesses[i] = self.rotation(i, weights, edges, rest, guesses[i]);
-                    guesses[i]
-                }
+            rotation = match &rotations {
+                Rotations::First(_) => self.rotation(i, weights, edges, rest, rotation),
+                Rotations::BestFrom(guesses) => self.rotation(i, weights, edges, rest, guesses[i]),
                 Rotations::Held(held) => held[i],
             };
+            if let Rotations::First(best) | Rotations::BestFrom(best) = &mut rotations {
+                best[i] = rotation;
+            }
             let matrix = DMat3::from_quat(rotation);
             let mut sum = DVec3::ZERO;
             for ((edge, q), &weight) in edges.iter_mut().zip(rest).zip(weights) {
