@@ -258,12 +258,10 @@ impl Manifest {
     /// The template and the camera that the maps are for.
     fn template(&self, files: &BTreeMap<String, Vec<u8>>) -> Result<(Template, Camera), DeepSftError> {
         let camera = camera_from_json(self.training_camera.to_string().as_bytes())?;
-        let description = TemplateFile::parse(self.listed(files, &format!("{TEMPLATE_FOLDER}{TEMPLATE_FILE}"))?)?;
-        let texture = self.listed(files, &format!("{TEMPLATE_FOLDER}{}", description.texture()))?;
-        let mesh = description.mesh();
-        let mesh = mesh
-            .map(|name| self.listed(files, &format!("{TEMPLATE_FOLDER}{name}")))
-            .transpose()?;
+        let listed = |name: &str| self.listed(files, &format!("{TEMPLATE_FOLDER}{name}"));
+        let description = TemplateFile::parse(listed(TEMPLATE_FILE)?)?;
+        let texture = listed(description.texture())?;
+        let mesh = description.mesh().map(listed).transpose()?;
         let template = description.template(texture, mesh)?;
         let fits = self.network.check_fits(&template, &camera);
         fits.map_err(DeepSftError::content(MODEL_FILE))?;
