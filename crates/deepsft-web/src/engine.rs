@@ -11,7 +11,9 @@ use crate::{
     target::EngineTarget,
 };
 use deepsft::{
-    DeviceDescription, DeviceKind, EstimateTimes, ModelBundle, Target, View, geometry::Maps, start_device,
+    DeviceDescription, DeviceKind, EstimateTimes, ModelBundle, Target, View,
+    geometry::{Maps, Template},
+    start_device,
 };
 use js_sys::{Array, Object, Promise};
 use std::{cell::RefCell, collections::BTreeMap, rc::Rc};
@@ -110,12 +112,7 @@ impl Engine {
         width_mm: f64,
         height_mm: f64,
     ) -> Promise {
-        let core = Rc::clone(&self.core);
-        settle::promise(async move {
-            let template = printed_sheet(&rgba, (width, height), (width_mm, height_mm))?;
-            core.add(id, EngineTarget::of_sheet(template)?);
-            Ok(JsValue::UNDEFINED)
-        })
+        self.adding(id, move || printed_sheet(&rgba, (width, height), (width_mm, height_mm)))
     }
 
     /// Looks for a sheet from now on that is given as the files of a template's folder, by name.
@@ -127,12 +124,7 @@ impl Engine {
         id: u32,
         #[wasm_bindgen(unchecked_param_type = "Iterable<[string, Uint8Array]>")] files: JsValue,
     ) -> Promise {
-        let core = Rc::clone(&self.core);
-        settle::promise(async move {
-            let template = template_from(&files_from(&files)?)?;
-            core.add(id, EngineTarget::of_sheet(template)?);
-            Ok(JsValue::UNDEFINED)
-        })
+        self.adding(id, move || template_from(&files_from(&files)?))
     }
 
     /// Lets a target go.
@@ -230,13 +222,18 @@ impl Engine {
             Ok(mesh.map_or(JsValue::NULL, JsValue::from))
         })
     }
+
+    fn adding(&self, id: u32, template: impl FnOnce() -> Result<Template, Failure> + 'static) -> Promise {
+        let core = Rc::clone(&self.core);
+        settle::promise(async move {
+            let target = EngineTarget::of_sheet(template()?)?;
+            core.targets.borrow_mut().insert(id, Rc::new(target));
+            Ok(JsValue::UNDEFINED)
+        })
+    }
 }
 
 impl Core {
-    fn add(&self, id: u32, target: EngineTarget) {
-        self.targets.borrow_mut().insert(id, Rc::new(target));
-    }
-
     fn target(&self, id: u32) -> Result<Rc<EngineTarget>, Failure> {
         let unknown = || Failure::new(Code::TargetUnknown, "The target was removed.");
         self.targets.borrow().get(&id).cloned().ok_or_else(unknown)
