@@ -131,7 +131,7 @@ impl FeatureFinder {
         };
         let mut last = Vec::new();
         for search in SEARCH_PX.map(|search| search * pixel) {
-            last = self.guided(&seen, &vertices, search)?;
+            last = guided_matches(&seen, &self.target, (self.solver.mesh(), &vertices), search)?;
             if last.len() < FEWEST {
                 return Ok(None);
             }
@@ -154,22 +154,14 @@ impl FeatureFinder {
         let pixel = pixel(camera);
         let deviation = FIRST_DEVIATION_PX * pixel;
         let vertices = self.solver.bend(camera, group, start, deviation, true)?;
-        let near = self.guided(seen, &vertices, SEARCH_PX[0] * pixel)?;
+        let mesh = (self.solver.mesh(), &vertices[..]);
+        let near = guided_matches(seen, &self.target, mesh, SEARCH_PX[0] * pixel)?;
         if near.len() < FEWEST {
             return Ok(None);
         }
         let vertices = self.solver.bend(camera, &near, &vertices, deviation, false)?;
         let score = self.solver.explained(camera, &near, &vertices, HALF_PX * pixel);
         Ok(Some((score, vertices)))
-    }
-
-    fn guided(
-        &self,
-        seen: &ImageEvidence<'_>,
-        vertices: &[DVec3],
-        search_px: f64,
-    ) -> Result<Vec<Match>, GeometryError> {
-        guided_matches(seen, &self.target, (self.solver.mesh(), vertices), search_px)
     }
 }
 
