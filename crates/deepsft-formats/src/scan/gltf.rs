@@ -146,18 +146,14 @@ impl Reading<'_, '_> {
         if let Some(index) = corners.iter().find(|&&index| index >= positions.len()) {
             return refused(format!("a face names vertex {index}, there are {}", positions.len()));
         }
-        // A mirrored node turns the faces over.
-        let [b, c] = if scene_from_node.determinant() < 0.0 {
-            [2, 1]
-        } else {
-            [1, 2]
-        };
+        let mut faces = corners.as_chunks::<3>().0.to_vec();
+        if scene_from_node.determinant() < 0.0 {
+            // A mirrored node turns the faces over.
+            faces.iter_mut().for_each(|face| face.swap(1, 2));
+        }
         Ok(ScanPart {
             name: name.to_owned(),
-            faces: corners
-                .chunks_exact(3)
-                .map(|face| [face[0], face[b], face[c]])
-                .collect(),
+            faces,
             positions,
             texture_coordinates,
             texture: base.map(|base| self.texture(base.index)).transpose()?.flatten(),
