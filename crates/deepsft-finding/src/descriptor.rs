@@ -18,7 +18,6 @@ const REACH: f32 = 15.0;
 /// Deviation of the compared pixels from the corner, pixels.
 const SPREAD: f32 = 6.5;
 
-/// A descriptor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Descriptor(pub(crate) [u64; WORDS]);
 
@@ -34,7 +33,6 @@ impl Descriptor {
             .sum()
     }
 
-    /// The descriptor of a corner of `level`.
     pub fn of(level: &PyramidLevel, corner: &Corner) -> Self {
         let turn = (corner.angle / std::f32::consts::TAU * TURNS as f32).round() as i32;
         let pattern = &PATTERNS[turn.rem_euclid(TURNS as i32) as usize];

@@ -10,7 +10,6 @@ use deepsft_geometry::{Camera, GeometryError, Picture};
 /// only 125 pixels long. Not swept; time grows with its square.
 const LONGEST_SIDE: usize = 960;
 
-/// Options of the search for features.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FeatureOptions {
     /// Corners in all levels together, at most; a few more where cells are many.

@@ -13,7 +13,6 @@ const STEP: f32 = 1.25;
 /// The blur's window: binomial weights, a deviation of 1.2 pixels.
 const BLUR: [u16; 7] = [1, 6, 15, 20, 15, 6, 1];
 
-/// A level of an image pyramid.
 #[derive(Debug)]
 pub(crate) struct PyramidLevel {
     pub width: usize,

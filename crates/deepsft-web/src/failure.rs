@@ -38,7 +38,6 @@ pub struct Failure {
 }
 
 impl Failure {
-    /// A failure with a sentence for people.
     pub fn new(code: Code, message: impl Into<String>) -> Self {
         Self {
             code,

@@ -96,7 +96,6 @@ impl ArapCells {
         }
     }
 
-    /// Number of vertices.
     pub(super) fn vertices(&self) -> usize {
         self.degrees.len()
     }

@@ -66,12 +66,10 @@ impl GpuPlan {
         }
     }
 
-    /// Number of steps.
     pub(crate) fn steps(&self) -> usize {
         self.kernels.len()
     }
 
-    /// Size of a map.
     pub(crate) fn shape(&self, map: MapId) -> MapShape {
         self.shapes[map.0]
     }
