@@ -246,27 +246,23 @@ impl Plan {
 
     /// Adds a convolution; its result is a new map of ceil(size / stride).
     pub(crate) fn convolve(&mut self, convolution: Convolution) -> Result<MapId, PlanError> {
-        let Filters {
-            weights,
-            biases,
-            inputs,
-            kernel,
-        } = &convolution.filters;
+        let filters = &convolution.filters;
+        let (inputs, kernel, outputs) = (filters.inputs, filters.kernel, filters.biases.len());
         let shapes = convolution.inputs.iter().map(|input| self.shape(input.map));
         let channels: usize = shapes.clone().map(|shape| shape.channels).sum();
-        if channels != *inputs || channels == 0 || kernel % 2 == 0 || convolution.stride == 0 {
-            return Err(misfit("a convolution's input", &[channels], &[*inputs]));
+        if channels != inputs || channels == 0 || kernel % 2 == 0 || convolution.stride == 0 {
+            return Err(misfit("a convolution's input", &[channels], &[inputs]));
         }
         let fan_in = inputs * kernel * kernel;
-        if weights.len() != biases.len() * fan_in || biases.is_empty() {
-            return Err(misfit("filters", &[weights.len()], &[biases.len(), fan_in]));
+        if filters.weights.len() != outputs * fan_in || outputs == 0 {
+            return Err(misfit("filters", &[filters.weights.len()], &[outputs, fan_in]));
         }
         let sizes: Vec<[usize; 2]> = convolution.inputs.iter().zip(shapes).map(|(i, s)| i.size(s)).collect();
         if let Some(other) = sizes.iter().find(|size| **size != sizes[0] || size.contains(&0)) {
             return Err(misfit("an input", other, &sizes[0]));
         }
         let [height, width] = sizes[0].map(|side| side.div_ceil(convolution.stride));
-        let output = MapShape::new(biases.len(), height, width);
+        let output = MapShape::new(outputs, height, width);
         self.check_skip(convolution.skip, output)?;
         Ok(self.step(Operation::Convolve(convolution), output))
     }
