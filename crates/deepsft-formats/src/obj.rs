@@ -67,7 +67,6 @@ pub(crate) struct ObjFile {
     pub(crate) texture_coordinates: Vec<[f64; 2]>,
     /// Faces of one object, group and material each; none is empty.
     pub(crate) groups: Vec<ObjGroup>,
-    /// The files of its materials.
     pub(crate) material_files: Vec<String>,
 }
 

@@ -103,7 +103,6 @@ fn inside(name: &str) -> Result<PathBuf, FormatError> {
     Ok(path)
 }
 
-/// The error of a scan.
 fn refused<T>(reason: impl Into<String>) -> Result<T, FormatError> {
     Err(FormatError::Scan(reason.into()))
 }

@@ -32,7 +32,6 @@ pub struct Session {
     last: Option<(f64, Camera)>,
 }
 
-/// A question that was asked about a frame.
 #[derive(Debug)]
 struct Asked {
     frame: u64,
