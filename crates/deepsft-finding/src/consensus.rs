@@ -23,26 +23,18 @@ const FEWEST: usize = 3;
 /// Most matches that are looked at.
 const MAX_MATCHES: usize = 1500;
 
-/// Which matches are neighbours.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Neighbourhood {
-    /// Least and greatest distance in the image, pixels. Matches nearer to each other may be of one corner at two sizes, and
-    /// say nothing of each other.
-    pub distance_px: [f32; 2],
-    /// How exact places are, mm: what neighbours may be off beside the distortion.
-    pub place_mm: f32,
-}
-
 /// Groups of matches that confirm one another, the largest first.
-pub(crate) fn groups(matches: &[Match], neighbourhood: Neighbourhood) -> Vec<Vec<Match>> {
-    let [nearest, farthest] = neighbourhood.distance_px;
+///
+/// Neighbours are between `nearest` and `farthest` pixels apart in the image: matches nearer to each other may be of one corner at two
+/// sizes, and say nothing of each other. `place_mm` is how exact places are: what neighbours may be off beside the distortion.
+pub(crate) fn groups(matches: &[Match], [nearest, farthest]: [f32; 2], place_mm: f32) -> Vec<Vec<Match>> {
     let matches = &matches[..matches.len().min(MAX_MATCHES)];
     let similarities: Vec<Vec2> = matches.iter().map(|m| Vec2::from_angle(m.angle) * m.scale).collect();
     let explains = |i: usize, j: usize| {
         let (a, b) = (&matches[i], &matches[j]);
         let expected = similarities[i].rotate(b.pixel - a.pixel);
         let off = (b.place - a.place).distance(expected);
-        off <= DISTORTION * expected.length() + neighbourhood.place_mm
+        off <= DISTORTION * expected.length() + place_mm
     };
     let agree = |i: usize, j: usize| {
         let (a, b) = (&matches[i], &matches[j]);
@@ -91,16 +83,12 @@ fn grouped(matches: &[Match], pairs: &[[usize; 2]], confirmed: &[usize]) -> Vec<
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::descriptor::xorshift;
 
     #[test]
     fn of_matches_nine_tenths_wrong_those_on_a_bent_sheet_are_kept() {
-        let mut state = 5_u64;
-        let mut random = move || {
-            state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1_442_695_040_888_963_407);
-            (state >> 40) as f32 / (1_u64 << 24) as f32
-        };
+        let mut random = xorshift(0x9e37_79b9_7f4a_7c15);
+        let mut random = move || (random() >> 40) as f32 / (1 << 24) as f32;
         // A sheet of 200 x 150 mm around a cylinder of radius 70 mm seen from far away, turned by 2 radians, 2 pixels per mm:
         // x = 70 sin(u / 70), so lengths across shrink by cos(u / 70), down to 0.14 at the edges.
         let turn = 2.0_f32;
@@ -129,11 +117,7 @@ mod tests {
             let flat = Vec2::new(70.0 * bend.sin(), m.place.y - 75.0) * 2.0;
             m.pixel.distance(Vec2::from_angle(turn).rotate(flat) + 500.0) < 1e-2
         };
-        let neighbourhood = Neighbourhood {
-            distance_px: [3.0, 116.0],
-            place_mm: 2.5,
-        };
-        let groups = groups(&matches, neighbourhood);
+        let groups = groups(&matches, [3.0, 116.0], 2.5);
         let (kept, count) = (groups[0].iter().filter(right).count(), groups[0].len());
         assert!(kept >= 75 && count - kept <= 4, "{kept} right of {count}");
         assert!(groups.get(1).is_none_or(|second| second.len() < 8));

@@ -18,7 +18,6 @@ const REACH: f32 = 15.0;
 /// Deviation of the compared pixels from the corner, pixels.
 const SPREAD: f32 = 6.5;
 
-/// A descriptor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Descriptor(pub(crate) [u64; WORDS]);
 
@@ -34,7 +33,6 @@ impl Descriptor {
             .sum()
     }
 
-    /// The descriptor of a corner of `level`.
     pub fn of(level: &PyramidLevel, corner: &Corner) -> Self {
         let turn = (corner.angle / std::f32::consts::TAU * TURNS as f32).round() as i32;
         let pattern = &PATTERNS[turn.rem_euclid(TURNS as i32) as usize];
@@ -62,15 +60,20 @@ static PATTERNS: LazyLock<Vec<Vec<[[i8; 2]; 2]>>> = LazyLock::new(|| {
     (0..TURNS).map(turned).collect()
 });
 
-/// Pairs of points drawn from a normal distribution around the corner, cut off at [`REACH`].
-fn pairs() -> Vec<[[f32; 2]; 2]> {
-    let mut state = 0x9e37_79b9_7f4a_7c15_u64;
-    let mut uniform = move || {
+/// Numbers without a pattern (Marsaglia 2003).
+pub(crate) fn xorshift(mut state: u64) -> impl FnMut() -> u64 {
+    move || {
         state ^= state << 13;
         state ^= state >> 7;
         state ^= state << 17;
-        (state >> 40) as f32 / (1 << 24) as f32
-    };
+        state
+    }
+}
+
+/// Pairs of points drawn from a normal distribution around the corner, cut off at [`REACH`].
+fn pairs() -> Vec<[[f32; 2]; 2]> {
+    let mut random = xorshift(0x9e37_79b9_7f4a_7c15);
+    let mut uniform = move || (random() >> 40) as f32 / (1 << 24) as f32;
     let mut point = move || loop {
         // Twelve uniform numbers make a normal one.
         let mut normal = || (0..12).map(|_| uniform()).sum::<f32>() - 6.0;

@@ -6,14 +6,10 @@ use crate::pyramid::{pyramid_levels, resized};
 use deepsft_geometry::glam::Vec2;
 use deepsft_geometry::{Camera, GeometryError, Picture};
 
-/// Shortest side of a level, pixels: a smaller one has hardly any place for a descriptor.
-const SHORTEST_SIDE: usize = 48;
-
 /// Longest side of the image that features are taken from, pixels: twice the canonical one, in which an A4 sheet 90 cm away is
 /// only 125 pixels long. Not swept; time grows with its square.
 const LONGEST_SIDE: usize = 960;
 
-/// Options of the search for features.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FeatureOptions {
     /// Corners in all levels together, at most; a few more where cells are many.
@@ -65,7 +61,7 @@ impl Features {
     /// The features of `picture`, whose sides are at most 65,535 pixels.
     pub(crate) fn search(picture: &Picture, options: FeatureOptions) -> Self {
         let mut features = Self::default();
-        let levels = pyramid_levels(picture, SHORTEST_SIDE, options.levels);
+        let levels = pyramid_levels(picture, options.levels);
         let whole: f32 = levels.iter().map(|l| (l.width * l.height) as f32).sum();
         for level in &levels {
             let part = (level.width * level.height) as f32 / whole;

@@ -1,6 +1,6 @@
 //! The feature finder: one printed picture in images.
 
-use crate::consensus::{Neighbourhood, groups};
+use crate::consensus::groups;
 use crate::features::Features;
 use crate::grade::PictureGrade;
 use crate::guided_matching::{ImageEvidence, guided_matches};
@@ -105,16 +105,13 @@ impl FeatureFinder {
         camera: &Camera,
     ) -> Result<Option<FoundSheet>, GeometryError> {
         let pixel = pixel(camera);
-        let neighbourhood = Neighbourhood {
-            distance_px: NEIGHBOURS_PX.map(|distance| (distance * pixel) as f32),
-            place_mm: PLACE_PX * self.target.mm_per_pixel,
-        };
+        let apart = NEIGHBOURS_PX.map(|distance| (distance * pixel) as f32);
         let seen = ImageEvidence {
             candidates,
             features,
             camera,
         };
-        let groups = groups(candidates, neighbourhood);
+        let groups = groups(candidates, apart, PLACE_PX * self.target.mm_per_pixel);
         let least = groups.first().map_or(0.0, |largest| MIN_GROUP * largest.len() as f64);
         let mut best: Option<(f64, Vec<DVec3>)> = None;
         for group in groups.iter().take(MAX_GROUPS) {
@@ -134,7 +131,7 @@ impl FeatureFinder {
         };
         let mut last = Vec::new();
         for search in SEARCH_PX.map(|search| search * pixel) {
-            last = self.guided(&seen, &vertices, search)?;
+            last = guided_matches(&seen, &self.target, (self.solver.mesh(), &vertices), search)?;
             if last.len() < FEWEST {
                 return Ok(None);
             }
@@ -157,22 +154,14 @@ impl FeatureFinder {
         let pixel = pixel(camera);
         let deviation = FIRST_DEVIATION_PX * pixel;
         let vertices = self.solver.bend(camera, group, start, deviation, true)?;
-        let near = self.guided(seen, &vertices, SEARCH_PX[0] * pixel)?;
+        let mesh = (self.solver.mesh(), &vertices[..]);
+        let near = guided_matches(seen, &self.target, mesh, SEARCH_PX[0] * pixel)?;
         if near.len() < FEWEST {
             return Ok(None);
         }
         let vertices = self.solver.bend(camera, &near, &vertices, deviation, false)?;
         let score = self.solver.explained(camera, &near, &vertices, HALF_PX * pixel);
         Ok(Some((score, vertices)))
-    }
-
-    fn guided(
-        &self,
-        seen: &ImageEvidence<'_>,
-        vertices: &[DVec3],
-        search_px: f64,
-    ) -> Result<Vec<Match>, GeometryError> {
-        guided_matches(seen, &self.target, (self.solver.mesh(), vertices), search_px)
     }
 }
 

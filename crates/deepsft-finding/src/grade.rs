@@ -100,21 +100,21 @@ impl PictureGrade {
     }
 
     pub(crate) fn of_target(target: &PictureTarget) -> Self {
-        let twins = Twins::of(target);
+        let [has_twin, has_opposite] = twins(target);
         let corners = target.places.len();
         let share = |some: &[bool]| some.iter().filter(|&&is| is).count() as f64 / corners.max(1) as f64;
         let mut grade = Self {
             level: GradeLevel::Good,
             corners,
-            covered: covered(target, &twins.any),
-            repeated: share(&twins.any),
-            half_turn: share(&twins.opposite),
+            covered: covered(target, &has_twin),
+            repeated: share(&has_twin),
+            half_turn: share(&has_opposite),
             contrast: target.contrast,
             advice: Vec::new(),
         };
         grade.judge();
         if grade.level > GradeLevel::Hopeless {
-            grade.judge_sides(target, &twins.any);
+            grade.judge_sides(target, &has_twin);
         }
         grade
     }
@@ -195,33 +195,23 @@ impl PictureGrade {
     }
 }
 
-/// Which corners of a print look like others of it.
-struct Twins {
-    /// Like one elsewhere.
-    any: Vec<bool>,
-    /// Like the one where half a turn of the print takes them.
-    opposite: Vec<bool>,
-}
-
-impl Twins {
-    fn of(target: &PictureTarget) -> Self {
-        let (features, places) = (&target.features, &target.places);
-        let size = target.template.size_mm().as_vec2();
-        let elsewhere_mm = ELSEWHERE_PX * target.mm_per_pixel;
-        let mut of_one = Vec::new();
-        let (mut any, mut opposite) = (Vec::new(), Vec::new());
-        for (i, descriptor) in features.descriptors.iter().enumerate() {
-            distances(descriptor, &features.descriptors, &mut of_one);
-            let mut alike = of_one.iter().zip(places).filter(|(distance, _)| **distance <= TWINS);
-            any.push(alike.any(|(_, place)| place.distance(places[i]) > elsewhere_mm));
-            let turned = |&j: &usize| {
-                let angle = features.all[j].angle - features.all[i].angle;
-                (angle.rem_euclid(TAU) - PI).abs() < TURN && of_one[j] <= TWINS
-            };
-            opposite.push(target.near(size - places[i], elsewhere_mm).any(|j| turned(&j)));
-        }
-        Self { any, opposite }
+/// Which corners of a print look like one elsewhere on it, and which like the one where half a turn of the print takes them.
+fn twins(target: &PictureTarget) -> [Vec<bool>; 2] {
+    let (features, places) = (&target.features, &target.places);
+    let size = target.template.size_mm().as_vec2();
+    let elsewhere_mm = ELSEWHERE_PX * target.mm_per_pixel;
+    let (mut of_one, mut any, mut opposite) = (Vec::new(), Vec::new(), Vec::new());
+    for (i, descriptor) in features.descriptors.iter().enumerate() {
+        distances(descriptor, &features.descriptors, &mut of_one);
+        let mut alike = of_one.iter().zip(places).filter(|(distance, _)| **distance <= TWINS);
+        any.push(alike.any(|(_, place)| place.distance(places[i]) > elsewhere_mm));
+        let turned = |j: usize| {
+            let angle = features.all[j].angle - features.all[i].angle;
+            (angle.rem_euclid(TAU) - PI).abs() < TURN && of_one[j] <= TWINS
+        };
+        opposite.push(target.near(size - places[i], elsewhere_mm).any(turned));
     }
+    [any, opposite]
 }
 
 /// The share of the print's cells that tell.

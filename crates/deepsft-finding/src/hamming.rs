@@ -46,16 +46,11 @@ impl NullaryFnOnce for Distances<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::descriptor::xorshift;
 
     #[test]
     fn every_distance_is_the_count_of_differing_bits_and_the_first_nearest_is_named() {
-        let mut state = 3_u64;
-        let mut random = move || {
-            state ^= state << 13;
-            state ^= state >> 7;
-            state ^= state << 17;
-            state
-        };
+        let mut random = xorshift(3);
         let mut all: Vec<Descriptor> = (0..533)
             .map(|_| Descriptor([random(), random(), random(), random()]))
             .collect();

@@ -70,18 +70,14 @@ pub(crate) fn matches(features: &Features, target: &PictureTarget) -> Vec<Match>
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::descriptor::xorshift;
     use crate::features::{FeatureOptions, IMAGE};
     use deepsft_geometry::{Picture, Template};
 
     /// Rectangles of random grey on random grey: many corners, none like the other.
     fn print() -> Picture {
-        let mut state = 11_u64;
-        let mut random = move |below: u64| {
-            state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1_442_695_040_888_963_407);
-            (state >> 33) % below
-        };
+        let mut random = xorshift(0x9e37_79b9_7f4a_7c15);
+        let mut random = move |below: u64| (random() >> 33) % below;
         let mut grey = vec![120_u8; 400 * 300];
         for _ in 0..250 {
             let (left, top) = (random(400) as usize, random(300) as usize);

@@ -4,13 +4,15 @@ use deepsft_geometry::glam::Vec2;
 use deepsft_geometry::{ImageSize, Picture, luma};
 use std::borrow::Cow;
 
+/// Shortest side of a level, pixels: a smaller one has hardly any place for a descriptor.
+const SHORTEST_SIDE: usize = 48;
+
 /// How much smaller each level is than the one before.
 const STEP: f32 = 1.25;
 
 /// The blur's window: binomial weights, a deviation of 1.2 pixels.
 const BLUR: [u16; 7] = [1, 6, 15, 20, 15, 6, 1];
 
-/// A level of an image pyramid.
 #[derive(Debug)]
 pub(crate) struct PyramidLevel {
     pub width: usize,
@@ -23,14 +25,14 @@ pub(crate) struct PyramidLevel {
     pub smooth: Vec<u8>,
 }
 
-/// The levels of `picture`, the whole picture first, down to `shortest_side` pixels or `most` levels.
-pub(crate) fn pyramid_levels(picture: &Picture, shortest_side: usize, most: usize) -> Vec<PyramidLevel> {
+/// The levels of `picture`, the whole picture first, down to [`SHORTEST_SIDE`] or `most` levels.
+pub(crate) fn pyramid_levels(picture: &Picture, most: usize) -> Vec<PyramidLevel> {
     let grey = picture.rgb().as_chunks().0.iter().map(|&c| (luma(c) + 0.5) as u8);
     let mut levels = vec![PyramidLevel::new(picture.size(), 1.0, grey.collect())];
     while let Some(level) = levels.last().filter(|_| levels.len() < most) {
         let side = |length: usize| (length as f32 / STEP).round() as usize;
         let (width, height) = (side(level.width), side(level.height));
-        if width.min(height) < shortest_side.max(8) {
+        if width.min(height) < SHORTEST_SIDE {
             break;
         }
         levels.push(level.shrunk(ImageSize { width, height }));

@@ -43,7 +43,6 @@ impl SheetSolver {
         })
     }
 
-    /// The rest mesh.
     pub fn mesh(&self) -> &TriangleMesh {
         &self.sheet.mesh
     }

@@ -141,15 +141,6 @@ mod tests {
     #[test]
     fn a_size_that_no_print_has_is_refused_with_the_sizes_that_are_taken() {
         let square = |width_mm: f64| print(Picture::from_fn(9, 9, |_, _| [0; 3]), width_mm);
-        for width_mm in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-            assert!(
-                matches!(
-                    square(width_mm),
-                    Err(GeometryError::Template(TemplateError::Size { .. }))
-                ),
-                "{width_mm}"
-            );
-        }
         for width_mm in [1e-9, 4.9, 20_001.0, 1e9] {
             let message = square(width_mm).unwrap_err().to_string();
             assert!(message.ends_with("expected sides from 5 to 20000 mm"), "{message}");

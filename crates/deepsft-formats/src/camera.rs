@@ -78,9 +78,9 @@ impl CameraFile {
         let (focal, centre) = (DVec2::new(self.fx, self.fy), DVec2::new(self.cx, self.cy) + corner);
         let camera = Camera::pinhole((self.width, self.height), focal, centre)?;
         match (self.distortion, self.fisheye) {
-            (Some(_), Some(_)) => Err(FormatError::CameraFile {
-                reason: "it has distortion and fisheye, of which a lens has one".to_owned(),
-            }),
+            (Some(_), Some(_)) => Err(FormatError::CameraFile(
+                "it has distortion and fisheye, of which a lens has one".to_owned(),
+            )),
             (None, Some(coefficients)) => Ok(camera.with_fisheye(coefficients)?),
             (coefficients, None) => Ok(camera.with_distortion(coefficients.unwrap_or_default())?),
         }
@@ -104,9 +104,7 @@ impl CameraFile {
 /// [`FormatError::CameraFile`] when it is not JSON, lacks a field (NaN is not JSON) or has two lenses,
 /// [`FormatError::Geometry`] when a value is none a camera can have.
 pub fn camera_from_json(json: &[u8]) -> Result<Camera, FormatError> {
-    let file: CameraFile = serde_json::from_slice(json).map_err(|error| FormatError::CameraFile {
-        reason: error.to_string(),
-    })?;
+    let file: CameraFile = serde_json::from_slice(json).map_err(|error| FormatError::CameraFile(error.to_string()))?;
     file.camera()
 }
 

@@ -16,17 +16,11 @@ pub enum FormatError {
     #[error(transparent)]
     Template(#[from] TemplateError),
     /// The content of a `camera.json` cannot be read.
-    #[error("camera description cannot be read: {reason}")]
-    CameraFile {
-        /// What the reader met, and where.
-        reason: String,
-    },
+    #[error("camera description cannot be read: {0}")]
+    CameraFile(String),
     /// The content of a `template.json` cannot be read.
-    #[error("template description cannot be read: {reason}")]
-    TemplateFile {
-        /// What the reader met, and where.
-        reason: String,
-    },
+    #[error("template description cannot be read: {0}")]
+    TemplateFile(String),
     /// A line of an OBJ file cannot be read.
     #[error("line {line} of the mesh is not understood: {reason}")]
     Obj {
@@ -36,11 +30,8 @@ pub enum FormatError {
         reason: String,
     },
     /// A scan cannot be made a template.
-    #[error("{reason}")]
-    Scan {
-        /// What is wrong with it.
-        reason: String,
-    },
+    #[error("{0}")]
+    Scan(String),
     /// A template was written in another version of the format.
     #[error("template has format version {actual}, this program reads version {expected}")]
     TemplateVersion {
@@ -53,11 +44,8 @@ pub enum FormatError {
     #[error("the values do not fill rows of shape {0:?}")]
     ValueCount(Vec<usize>),
     /// A picture's file is empty, of an unknown kind, too large, cut short or corrupt, or a picture is unfit to be written.
-    #[error("picture cannot be read: {reason}")]
-    PictureFile {
-        /// What the decoder met.
-        reason: String,
-    },
+    #[error("picture cannot be read: {0}")]
+    PictureFile(String),
     /// A file or folder cannot be used.
     #[error("{reason}: {path}")]
     File {
@@ -103,8 +91,7 @@ pub enum FormatError {
 impl FormatError {
     /// The error of a picture's file.
     pub(crate) fn picture(reason: impl ToString) -> Self {
-        let reason = reason.to_string();
-        Self::PictureFile { reason }
+        Self::PictureFile(reason.to_string())
     }
 }
 

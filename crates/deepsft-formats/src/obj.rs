@@ -49,10 +49,9 @@ pub fn mesh_from_obj(obj: &[u8]) -> Result<TriangleMesh, FormatError> {
     let mut faces = Vec::new();
     for face in file.groups.iter().flat_map(|group| &group.faces) {
         if face.iter().any(|corner| corner.texture != Some(corner.position)) {
-            return Err(FormatError::TemplateFile {
-                reason: "its mesh has a corner whose position and texture coordinates have different numbers"
-                    .to_owned(),
-            });
+            return Err(FormatError::TemplateFile(
+                "its mesh has a corner whose position and texture coordinates have different numbers".to_owned(),
+            ));
         }
         faces.push(face.map(|corner| corner.position));
     }
@@ -68,7 +67,6 @@ pub(crate) struct ObjFile {
     pub(crate) texture_coordinates: Vec<[f64; 2]>,
     /// Faces of one object, group and material each; none is empty.
     pub(crate) groups: Vec<ObjGroup>,
-    /// The files of its materials.
     pub(crate) material_files: Vec<String>,
 }
 
@@ -88,10 +86,6 @@ pub(crate) struct ObjCorner {
 }
 
 impl ObjFile {
-    /// Reads a file.
-    ///
-    /// # Errors
-    /// [`FormatError::Obj`].
     pub(crate) fn parse(bytes: &[u8]) -> Result<Self, FormatError> {
         let mut file = Self::default();
         let mut group = ObjGroup::default();

@@ -64,9 +64,7 @@ impl TemplateFile {
     ///   names a file outside its own folder.
     /// * [`FormatError::TemplateVersion`] when it was written by a newer version.
     pub fn parse(json: &[u8]) -> Result<Self, FormatError> {
-        let malformed = |error: serde_json::Error| FormatError::TemplateFile {
-            reason: error.to_string(),
-        };
+        let malformed = |error: serde_json::Error| FormatError::TemplateFile(error.to_string());
         let Versioned { format_version: actual } = serde_json::from_slice(json).map_err(malformed)?;
         if actual != FORMAT_VERSION {
             return Err(FormatError::TemplateVersion {
@@ -79,7 +77,7 @@ impl TemplateFile {
             let Some(name) = name else { continue };
             if name.is_empty() || name.contains(['/', '\\', ':']) || name.starts_with('.') {
                 let reason = format!("{field} must be a file in the template's own folder, not {name:?}");
-                return Err(FormatError::TemplateFile { reason });
+                return Err(FormatError::TemplateFile(reason));
             }
         }
         Ok(file)
@@ -108,9 +106,7 @@ impl TemplateFile {
         Ok(match &self.surface {
             Surface::ThinShell { width_mm, height_mm } => Template::thin_shell(picture, *width_mm, *height_mm)?,
             Surface::Mesh { mesh: name } => {
-                let missing = || FormatError::TemplateFile {
-                    reason: format!("the mesh {name:?} was not read"),
-                };
+                let missing = || FormatError::TemplateFile(format!("the mesh {name:?} was not read"));
                 Template::of_mesh(mesh_from_obj(mesh.ok_or_else(missing)?)?, picture)?
             }
         })
@@ -137,7 +133,7 @@ pub fn template_to_files(template: &Template) -> Result<BTreeMap<String, Vec<u8>
         surface,
         texture: TEXTURE_FILE.to_owned(),
     };
-    let json = serde_json::to_vec_pretty(&file).map_err(|e| FormatError::TemplateFile { reason: e.to_string() })?;
+    let json = serde_json::to_vec_pretty(&file).map_err(|e| FormatError::TemplateFile(e.to_string()))?;
     let mut files = BTreeMap::from([
         (TEMPLATE_FILE.to_owned(), json),
         (TEXTURE_FILE.to_owned(), encode_png(template.texture())?),

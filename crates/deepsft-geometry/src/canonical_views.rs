@@ -75,29 +75,25 @@ impl CanonicalViews {
     /// the mesh leaves it or a nearer view holds the mesh by far.
     pub fn following(&self, current: &Camera, vertices_camera: &[DVec3]) -> &Camera {
         let Some(current) = self.views.iter().position(|view| view == current) else {
-            return self.holding(vertices_camera, MARGIN_PX);
+            return self.holding(0, vertices_camera, MARGIN_PX);
         };
-        let nearer = self.holding(vertices_camera, MARGIN_TO_RETURN_PX);
+        let nearer = self.holding(0, vertices_camera, MARGIN_TO_RETURN_PX);
         if self.views[..current].contains(nearer) {
             return nearer;
         }
         match self.holds(&self.views[current], vertices_camera, MARGIN_TO_LEAVE_PX) {
             true => &self.views[current],
-            false => {
-                let wider = &self.views[current..];
-                let held = wider.iter().find(|view| self.holds(view, vertices_camera, MARGIN_PX));
-                held.unwrap_or(self.widest())
-            }
+            false => self.holding(current, vertices_camera, MARGIN_PX),
         }
     }
 
-    /// The nearest view that holds as much of a mesh as the image does, `margin_px` away from its border; else the widest.
-    fn holding(&self, vertices_camera: &[DVec3], margin_px: f64) -> &Camera {
-        let held = self
-            .views
+    /// The nearest view from number `first` on that holds as much of a mesh as the image does, `margin_px` away from its border; else the
+    /// widest.
+    fn holding(&self, first: usize, vertices_camera: &[DVec3], margin_px: f64) -> &Camera {
+        self.views[first..]
             .iter()
-            .find(|view| self.holds(view, vertices_camera, margin_px));
-        held.unwrap_or(self.widest())
+            .find(|view| self.holds(view, vertices_camera, margin_px))
+            .unwrap_or(self.widest())
     }
 
     fn holds(&self, view: &Camera, vertices_camera: &[DVec3], margin_px: f64) -> bool {

@@ -43,8 +43,7 @@ pub use camera::{
 };
 pub use canonical_views::CanonicalViews;
 pub use completion::{
-    ArapCompletion, Completion, CompletionEnergy, CompletionOptions, CompletionReport, MapsCompletion, VertexPoint,
-    VisibleVertices,
+    ArapCompletion, Completion, CompletionEnergy, CompletionOptions, MapsCompletion, VertexPoint, VisibleVertices,
 };
 pub use error::{GeometryError, check_size};
 pub use fitting::tracking;

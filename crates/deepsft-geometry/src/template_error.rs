@@ -34,12 +34,9 @@ pub enum TemplateError {
         /// Number of vertices.
         expected: usize,
     },
-    /// A vertex or texture coordinate is not finite.
-    #[error("vertex {vertex} is not finite")]
-    VertexNotFinite {
-        /// Index of the vertex.
-        vertex: usize,
-    },
+    /// A vertex with this index or its texture coordinate is not finite.
+    #[error("vertex {0} is not finite")]
+    VertexNotFinite(usize),
     /// A face names a vertex that is not there.
     #[error("face {face} names vertex {vertex}, expected one of the mesh's {vertices} (from 0)")]
     FaceIndex {
@@ -53,18 +50,12 @@ pub enum TemplateError {
     /// A template's mesh has no faces.
     #[error("mesh has no faces")]
     MeshWithoutFaces,
-    /// A face of a template's mesh has no area.
-    #[error("face {face} has no area")]
-    DegenerateFace {
-        /// Index of the face.
-        face: usize,
-    },
-    /// A vertex of a template's mesh belongs to no face.
-    #[error("vertex {vertex} belongs to no face")]
-    UnusedVertex {
-        /// Index of the vertex.
-        vertex: usize,
-    },
+    /// The face of a template's mesh with this index has no area.
+    #[error("face {0} has no area")]
+    DegenerateFace(usize),
+    /// The vertex of a template's mesh with this index belongs to no face.
+    #[error("vertex {0} belongs to no face")]
+    UnusedVertex(usize),
     /// A texture coordinate of a template's mesh lies outside the texture.
     #[error("vertex {vertex} has the texture coordinates ({u}, {v}), expected both between 0 and 1")]
     TextureOutside {

@@ -15,7 +15,6 @@ impl MapId {
         }
     }
 
-    /// Reads the map with relu.
     pub(crate) fn relu(self) -> LayerInput {
         LayerInput {
             rectified: true,
@@ -24,19 +23,15 @@ impl MapId {
     }
 }
 
-/// Size of a map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct MapShape {
     /// Values per position.
     pub(crate) channels: usize,
-    /// Rows.
     pub(crate) height: usize,
-    /// Columns.
     pub(crate) width: usize,
 }
 
 impl MapShape {
-    /// Makes a size of channels, rows and columns.
     pub(crate) fn new(channels: usize, height: usize, width: usize) -> Self {
         Self {
             channels,
@@ -45,7 +40,6 @@ impl MapShape {
         }
     }
 
-    /// Number of positions.
     pub(crate) fn area(&self) -> usize {
         self.height * self.width
     }
@@ -69,7 +63,6 @@ pub(crate) struct Filters {
 /// What the map has beyond the result is not read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct SkipInput {
-    /// The map.
     pub(crate) map: MapId,
     /// How often each of its positions counts, across and down (nearest up-sampling).
     pub(crate) factor: usize,
@@ -94,7 +87,6 @@ impl SkipInput {
 /// A map that a convolution reads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct LayerInput {
-    /// The map.
     pub(crate) map: MapId,
     /// Whether its negative values are read as zero (relu).
     pub(crate) rectified: bool,
@@ -113,16 +105,13 @@ impl LayerInput {
     }
 }
 
-/// A convolution.
 #[derive(Clone, Debug)]
 pub(crate) struct Convolution {
     /// What it reads, one after another along the channels.
     pub(crate) inputs: Vec<LayerInput>,
-    /// Its weights.
     pub(crate) filters: Filters,
     /// Distance of the positions where it is applied.
     pub(crate) stride: usize,
-    /// The skip connection that is added to the result.
     pub(crate) skip: Option<SkipInput>,
     /// Whether negative sums are written as zero (relu).
     pub(crate) rectified: bool,
@@ -155,7 +144,6 @@ impl Convolution {
 /// A pooling: the largest values of windows of 3 x 3 positions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct MaxPool {
-    /// What it reads.
     pub(crate) map: MapId,
     /// Distance of the windows.
     pub(crate) stride: usize,
@@ -166,7 +154,6 @@ pub(crate) struct MaxPool {
 /// A dense layer: every output from all values of a map.
 #[derive(Clone, Debug)]
 pub(crate) struct DenseLayer {
-    /// What it reads.
     pub(crate) map: MapId,
     /// Row-major [channel, row, column, output].
     pub(crate) weights: Vec<f32>,
@@ -193,7 +180,6 @@ pub(crate) struct Step {
 }
 
 impl Step {
-    /// The maps that it reads.
     pub(crate) fn reads(&self) -> impl Iterator<Item = MapId> {
         let (inputs, map, skip) = match &self.operation {
             Operation::Convolve(convolution) => (convolution.inputs.as_slice(), None, convolution.skip),
@@ -249,7 +235,6 @@ impl Plan {
         MapId(self.maps.len() - 1)
     }
 
-    /// Size of a map.
     pub(crate) fn shape(&self, map: MapId) -> MapShape {
         self.maps[map.0]
     }
@@ -261,27 +246,23 @@ impl Plan {
 
     /// Adds a convolution; its result is a new map of ceil(size / stride).
     pub(crate) fn convolve(&mut self, convolution: Convolution) -> Result<MapId, PlanError> {
-        let Filters {
-            weights,
-            biases,
-            inputs,
-            kernel,
-        } = &convolution.filters;
+        let filters = &convolution.filters;
+        let (inputs, kernel, outputs) = (filters.inputs, filters.kernel, filters.biases.len());
         let shapes = convolution.inputs.iter().map(|input| self.shape(input.map));
         let channels: usize = shapes.clone().map(|shape| shape.channels).sum();
-        if channels != *inputs || channels == 0 || kernel % 2 == 0 || convolution.stride == 0 {
-            return Err(misfit("a convolution's input", &[channels], &[*inputs]));
+        if channels != inputs || channels == 0 || kernel % 2 == 0 || convolution.stride == 0 {
+            return Err(misfit("a convolution's input", &[channels], &[inputs]));
         }
         let fan_in = inputs * kernel * kernel;
-        if weights.len() != biases.len() * fan_in || biases.is_empty() {
-            return Err(misfit("filters", &[weights.len()], &[biases.len(), fan_in]));
+        if filters.weights.len() != outputs * fan_in || outputs == 0 {
+            return Err(misfit("filters", &[filters.weights.len()], &[outputs, fan_in]));
         }
         let sizes: Vec<[usize; 2]> = convolution.inputs.iter().zip(shapes).map(|(i, s)| i.size(s)).collect();
         if let Some(other) = sizes.iter().find(|size| **size != sizes[0] || size.contains(&0)) {
             return Err(misfit("an input", other, &sizes[0]));
         }
         let [height, width] = sizes[0].map(|side| side.div_ceil(convolution.stride));
-        let output = MapShape::new(biases.len(), height, width);
+        let output = MapShape::new(outputs, height, width);
         self.check_skip(convolution.skip, output)?;
         Ok(self.step(Operation::Convolve(convolution), output))
     }

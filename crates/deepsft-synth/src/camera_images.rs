@@ -54,7 +54,5 @@ pub fn encode_mask_png(mask: &[bool], camera: &Camera) -> Result<Vec<u8>, Format
 }
 
 fn refused(reason: impl ToString) -> FormatError {
-    FormatError::PictureFile {
-        reason: reason.to_string(),
-    }
+    FormatError::PictureFile(reason.to_string())
 }

@@ -11,7 +11,8 @@ use crate::{
     target::EngineTarget,
 };
 use deepsft::{
-    DeviceDescription, DeviceKind, EstimateTimes, ModelBundle, Target, UnknownDevice, View, geometry::Maps,
+    DeviceDescription, DeviceKind, EstimateTimes, ModelBundle, Target, View,
+    geometry::{Maps, Template},
     start_device,
 };
 use js_sys::{Array, Object, Promise};
@@ -47,20 +48,15 @@ impl Engine {
         #[wasm_bindgen(unchecked_param_type = "\"cpu\" | \"webgpu\"")] device: String,
     ) -> Promise {
         settle::promise(async move {
-            let kind: DeviceKind = device
-                .parse()
-                .map_err(|error: UnknownDevice| Failure::of_device(&error.into()))?;
+            let kind: DeviceKind = device.parse().map_err(Failure::of_device)?;
             let bundle = match files.is_undefined() {
                 true => None,
-                false => {
-                    let bundle = ModelBundle::from_files(&files_from(&files)?);
-                    Some(bundle.map_err(|error| Failure::of_model(&error))?)
-                }
+                false => Some(ModelBundle::from_files(&files_from(&files)?).map_err(Failure::of_model)?),
             };
-            let (device, description) = start_device(kind).await.map_err(|error| Failure::of_device(&error))?;
+            let (device, description) = start_device(kind).await.map_err(Failure::of_device)?;
             let mut targets = BTreeMap::new();
             if let Some(bundle) = &bundle {
-                let target = Target::from_model(bundle, &device).map_err(|error| Failure::of_model(&error))?;
+                let target = Target::from_model(bundle, &device).map_err(Failure::of_model)?;
                 targets.insert(MODEL_TARGET, Rc::new(EngineTarget::of_model(target)));
             }
             Ok(Self {
@@ -116,12 +112,7 @@ impl Engine {
         width_mm: f64,
         height_mm: f64,
     ) -> Promise {
-        let core = Rc::clone(&self.core);
-        settle::promise(async move {
-            let template = printed_sheet(&rgba, (width, height), (width_mm, height_mm))?;
-            core.add(id, EngineTarget::of_sheet(template)?);
-            Ok(JsValue::UNDEFINED)
-        })
+        self.adding(id, move || printed_sheet(&rgba, (width, height), (width_mm, height_mm)))
     }
 
     /// Looks for a sheet from now on that is given as the files of a template's folder, by name.
@@ -133,12 +124,7 @@ impl Engine {
         id: u32,
         #[wasm_bindgen(unchecked_param_type = "Iterable<[string, Uint8Array]>")] files: JsValue,
     ) -> Promise {
-        let core = Rc::clone(&self.core);
-        settle::promise(async move {
-            let template = template_from(&files_from(&files)?)?;
-            core.add(id, EngineTarget::of_sheet(template)?);
-            Ok(JsValue::UNDEFINED)
-        })
+        self.adding(id, move || template_from(&files_from(&files)?))
     }
 
     /// Lets a target go.
@@ -236,13 +222,18 @@ impl Engine {
             Ok(mesh.map_or(JsValue::NULL, JsValue::from))
         })
     }
+
+    fn adding(&self, id: u32, template: impl FnOnce() -> Result<Template, Failure> + 'static) -> Promise {
+        let core = Rc::clone(&self.core);
+        settle::promise(async move {
+            let target = EngineTarget::of_sheet(template()?)?;
+            core.targets.borrow_mut().insert(id, Rc::new(target));
+            Ok(JsValue::UNDEFINED)
+        })
+    }
 }
 
 impl Core {
-    fn add(&self, id: u32, target: EngineTarget) {
-        self.targets.borrow_mut().insert(id, Rc::new(target));
-    }
-
     fn target(&self, id: u32) -> Result<Rc<EngineTarget>, Failure> {
         let unknown = || Failure::new(Code::TargetUnknown, "The target was removed.");
         self.targets.borrow().get(&id).cloned().ok_or_else(unknown)

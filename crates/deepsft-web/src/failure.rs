@@ -38,7 +38,6 @@ pub struct Failure {
 }
 
 impl Failure {
-    /// A failure with a sentence for people.
     pub fn new(code: Code, message: impl Into<String>) -> Self {
         Self {
             code,
@@ -47,7 +46,7 @@ impl Failure {
     }
 
     /// A failure of the core while it read a model and put it on its device.
-    pub fn of_model(error: &DeepSftError) -> Self {
+    pub fn of_model(error: DeepSftError) -> Self {
         let code = match error {
             DeepSftError::BundleVersion { .. } | DeepSftError::Format(FormatError::TemplateVersion { .. }) => {
                 Code::ModelVersion
@@ -59,7 +58,8 @@ impl Failure {
     }
 
     /// A failure of the core while it prepared a picture or template to be looked for.
-    pub fn of_target(error: &DeepSftError) -> Self {
+    pub fn of_target(error: impl Into<DeepSftError>) -> Self {
+        let error = error.into();
         let code = match error {
             DeepSftError::Format(FormatError::TemplateVersion { .. }) => Code::ModelVersion,
             _ => Code::TargetUnusable,
@@ -68,8 +68,9 @@ impl Failure {
     }
 
     /// A failure of the core while it started a device.
-    pub fn of_device(error: &DeepSftError) -> Self {
-        Self::new(Code::WebGpuUnavailable, format!("The engine cannot start: {error}."))
+    pub fn of_device(error: impl Into<DeepSftError>) -> Self {
+        let message = format!("The engine cannot start: {}.", error.into());
+        Self::new(Code::WebGpuUnavailable, message)
     }
 
     /// A failure of the core while it worked on a frame. Computing on a GPU fails when the GPU goes away.

@@ -3,7 +3,7 @@
 use crate::failure::{Code, Failure};
 use deepsft::geometry::glam::DVec2;
 use deepsft::geometry::{Camera, ImageSize, Maps, Picture, Template};
-use deepsft::{FormatError, TEMPLATE_FILE, TemplateFile};
+use deepsft::{TEMPLATE_FILE, TemplateFile};
 use js_sys::{Array, Uint8Array};
 use std::collections::BTreeMap;
 use wasm_bindgen::prelude::*;
@@ -77,7 +77,7 @@ pub fn printed_sheet(
     (width_mm, height_mm): (f64, f64),
 ) -> Result<Template, Failure> {
     let picture = picture_from(rgba, size)?;
-    Template::thin_shell(picture, width_mm, height_mm).map_err(|error| Failure::of_target(&error.into()))
+    Template::thin_shell(picture, width_mm, height_mm).map_err(Failure::of_target)
 }
 
 /// The template of a template folder's files by name.
@@ -86,12 +86,11 @@ pub fn template_from(files: &BTreeMap<String, Vec<u8>>) -> Result<Template, Fail
         let missing = || Failure::new(Code::TargetUnusable, format!("The template lacks {name}."));
         files.get(name).map(Vec::as_slice).ok_or_else(missing)
     };
-    let unusable = |error: FormatError| Failure::of_target(&error.into());
-    let description = TemplateFile::parse(file(TEMPLATE_FILE)?).map_err(unusable)?;
+    let description = TemplateFile::parse(file(TEMPLATE_FILE)?).map_err(Failure::of_target)?;
     let mesh = description.mesh().map(file).transpose()?;
     description
         .template(file(description.texture())?, mesh)
-        .map_err(unusable)
+        .map_err(Failure::of_target)
 }
 
 /// Maps of a canonical image of `width` columns out of a depth and two texture coordinates for each pixel.

@@ -4,7 +4,6 @@ use deepsft::geometry::Picture;
 use js_sys::{Object, Reflect, Uint8ClampedArray};
 use wasm_bindgen::JsValue;
 
-/// A plain object with these properties.
 pub fn object<const N: usize>(properties: [(&str, JsValue); N]) -> Object {
     let object = Object::new();
     for (name, value) in properties {

@@ -38,8 +38,9 @@ pub fn read_scan(
             |error: FormatError| Failure::new(Code::TargetUnusable, format!("{name} cannot be used: {error}."));
         let texture = lone_texture(&files).transpose().map_err(broken)?;
         let beside = |path: &Path| {
-            let missing = || FormatError::Scan {
-                reason: format!("{} is missing: choose it together with the scan", path.display()),
+            let missing = || {
+                let reason = format!("{} is missing: choose it together with the scan", path.display());
+                FormatError::Scan(reason)
             };
             // Files that people choose have no folders.
             let names = [Some(path.as_os_str()), path.file_name()];

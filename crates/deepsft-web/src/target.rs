@@ -50,7 +50,7 @@ impl EngineTarget {
     /// A sheet that nothing was trained for.
     pub fn of_sheet(template: Template) -> Result<Self, Failure> {
         let target = Target::from_template(template);
-        let finder = TargetFinder::new(target.clone()).map_err(|error| Failure::of_target(&error))?;
+        let finder = TargetFinder::new(target.clone()).map_err(Failure::of_target)?;
         let grade = finder.grade();
         if grade.as_ref().is_some_and(|grade| grade.corners < MIN_CORNERS) {
             return Err(Failure::new(

@@ -11,7 +11,7 @@ use crate::{
 use deepsft::{
     DeepSftError, ModelBundle, View,
     geometry::{Camera, Template, canonical_camera, glam::Vec3, tracking::OneEuroOptions, training_camera},
-    session::{Answer, Effect, Followed, Next, Question, Session, SessionOptions, Source},
+    session::{Answer, Effect, Followed, Question, Session, SessionOptions, Source},
 };
 use js_sys::{Array, Float32Array, Object, Promise};
 use std::{cell::RefCell, hint::black_box, rc::Rc};
@@ -81,7 +81,7 @@ impl MeshTracker {
         #[wasm_bindgen(unchecked_param_type = "Iterable<[string, Uint8Array]>")] files: JsValue,
     ) -> Promise {
         self.adding((id, true), move || {
-            ModelBundle::template_from_files(&files_from(&files)?).map_err(|error| Failure::of_model(&error))
+            ModelBundle::template_from_files(&files_from(&files)?).map_err(Failure::of_model)
         })
     }
 
@@ -223,7 +223,7 @@ impl MeshTracker {
         settle::promise(async move {
             let (template, training) = template()?;
             let added = core.borrow_mut().session.add(id, &template, training, can_deny);
-            added.map_err(|error| Failure::of_target(&error))?;
+            added.map_err(Failure::of_target)?;
             Ok(JsValue::UNDEFINED)
         })
     }
@@ -267,21 +267,19 @@ impl Core {
         let Some(source) = &self.source else {
             return JsValue::NULL;
         };
-        let Next {
-            view,
-            question,
-            interval_s,
-        } = self.session.next(source, now_s());
-        let question = question.map_or(JsValue::NULL, |Question { targets, only_confirms }| {
-            let ids = Array::from_iter(targets.into_iter().map(JsValue::from));
-            object([("ids", ids.into()), ("onlyConfirms", only_confirms.into())]).into()
-        });
-        let next = object([
-            ("focal", view.focal().x.into()),
-            ("intervalMs", (1000.0 * interval_s).into()),
+        let next = self.session.next(source, now_s());
+        let question = next
+            .question
+            .map_or(JsValue::NULL, |Question { targets, only_confirms }| {
+                let ids = Array::from_iter(targets.into_iter().map(JsValue::from));
+                object([("ids", ids.into()), ("onlyConfirms", only_confirms.into())]).into()
+            });
+        object([
+            ("focal", next.view.focal().x.into()),
+            ("intervalMs", (1000.0 * next.interval_s).into()),
             ("question", question),
-        ]);
-        next.into()
+        ])
+        .into()
     }
 }
 

@@ -241,7 +241,7 @@ impl Manifest {
                 });
             }
             if !actual.sha256.eq_ignore_ascii_case(&entry.sha256) {
-                return Err(DeepSftError::BundleFileHash { file: name.clone() });
+                return Err(DeepSftError::BundleFileHash(name.clone()));
             }
         }
         Ok(())
@@ -251,19 +251,17 @@ impl Manifest {
     fn listed<'a>(&self, files: &'a BTreeMap<String, Vec<u8>>, name: &str) -> Result<&'a [u8], DeepSftError> {
         match self.files.contains_key(name) {
             true => file(files, name),
-            false => Err(DeepSftError::BundleFileMissing { file: name.to_owned() }),
+            false => Err(DeepSftError::BundleFileMissing(name.to_owned())),
         }
     }
 
     /// The template and the camera that the maps are for.
     fn template(&self, files: &BTreeMap<String, Vec<u8>>) -> Result<(Template, Camera), DeepSftError> {
         let camera = camera_from_json(self.training_camera.to_string().as_bytes())?;
-        let description = TemplateFile::parse(self.listed(files, &format!("{TEMPLATE_FOLDER}{TEMPLATE_FILE}"))?)?;
-        let texture = self.listed(files, &format!("{TEMPLATE_FOLDER}{}", description.texture()))?;
-        let mesh = description.mesh();
-        let mesh = mesh
-            .map(|name| self.listed(files, &format!("{TEMPLATE_FOLDER}{name}")))
-            .transpose()?;
+        let listed = |name: &str| self.listed(files, &format!("{TEMPLATE_FOLDER}{name}"));
+        let description = TemplateFile::parse(listed(TEMPLATE_FILE)?)?;
+        let texture = listed(description.texture())?;
+        let mesh = description.mesh().map(listed).transpose()?;
         let template = description.template(texture, mesh)?;
         let fits = self.network.check_fits(&template, &camera);
         fits.map_err(DeepSftError::content(MODEL_FILE))?;
@@ -275,7 +273,7 @@ fn file<'a>(files: &'a BTreeMap<String, Vec<u8>>, name: &str) -> Result<&'a [u8]
     files
         .get(name)
         .map(Vec::as_slice)
-        .ok_or_else(|| DeepSftError::BundleFileMissing { file: name.to_owned() })
+        .ok_or_else(|| DeepSftError::BundleFileMissing(name.to_owned()))
 }
 
 fn read_manifest(json: &[u8]) -> Result<Manifest, DeepSftError> {

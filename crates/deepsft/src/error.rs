@@ -26,12 +26,9 @@ pub enum DeepSftError {
         /// Version this crate reads.
         expected: u32,
     },
-    /// A file of a model bundle is missing.
-    #[error("model bundle lacks {file}")]
-    BundleFileMissing {
-        /// Its name in the bundle.
-        file: String,
-    },
+    /// The file of a model bundle with this name is missing.
+    #[error("model bundle lacks {0}")]
+    BundleFileMissing(String),
     /// A file of a model bundle is cut short or too long.
     #[error("{file} of the model bundle has {actual} bytes, expected {expected}: it was not stored or fetched whole")]
     BundleFileSize {
@@ -42,12 +39,9 @@ pub enum DeepSftError {
         /// Bytes that `model.json` lists.
         expected: u64,
     },
-    /// A file of a model bundle was altered.
-    #[error("{file} of the model bundle is not the file that was published: its SHA-256 differs from the listed one")]
-    BundleFileHash {
-        /// Its name in the bundle.
-        file: String,
-    },
+    /// The file of a model bundle with this name was altered.
+    #[error("{0} of the model bundle is not the file that was published: its SHA-256 differs from the listed one")]
+    BundleFileHash(String),
     /// The content of a file of a model bundle does not fit.
     #[error("{file} of the model bundle cannot be used: {reason}")]
     BundleContent {
@@ -57,17 +51,11 @@ pub enum DeepSftError {
         reason: String,
     },
     /// A file of weights cannot be read, or weights cannot be written as one.
-    #[error("{reason}")]
-    Weights {
-        /// What is wrong with which array.
-        reason: String,
-    },
+    #[error("{0}")]
+    Weights(String),
     /// The device failed while computing or reading back.
-    #[error("the device failed while computing: {reason}")]
-    Execution {
-        /// What the device says.
-        reason: String,
-    },
+    #[error("the device failed while computing: {0}")]
+    Execution(String),
     /// A device's name is none of those there are.
     #[error(transparent)]
     DeviceUnknown(#[from] UnknownDevice),

@@ -7,7 +7,7 @@ use crate::estimate::{Estimate, Judgement};
 use crate::finding::FinderKind;
 use crate::photo_consistency::TemplateLuminance;
 use deepsft_geometry::{
-    CANONICAL_HEIGHT, CANONICAL_WIDTH, Camera, CanonicalViews, CanonicalWarp, ImageSize, Maps, Picture,
+    CANONICAL_HEIGHT, CANONICAL_WIDTH, Camera, CanonicalViews, CanonicalWarp, GeometryError, ImageSize, Maps, Picture,
     canonical_camera, check_size, remove_islands, turned_clockwise,
 };
 #[cfg(feature = "webgpu")]
@@ -72,36 +72,26 @@ impl Runner {
         }
     }
 
-    /// The maps of each of `stages`.
-    async fn infer(
-        &mut self,
-        canonical: &Picture,
-        stages: &[Stage],
-        seen: Option<&[bool]>,
-    ) -> Result<Vec<Maps>, DeepSftError> {
+    async fn run(&mut self, canonical: &Picture) -> Result<(), DeepSftError> {
         match self {
-            Self::Cpu(executor) => executor.run(canonical)?,
+            Self::Cpu(executor) => Ok(executor.run(canonical)?),
             #[cfg(feature = "webgpu")]
-            Self::WebGpu(executor) => executor.run(canonical).await.map_err(|error| failed(&error))?,
+            Self::WebGpu(executor) => executor.run(canonical).await.map_err(|error| failed(&error)),
         }
-        let read = |&stage: &Stage| {
-            let mut maps = Maps::empty(canonical.size());
-            match self {
-                Self::Cpu(executor) => executor.read(stage, seen, &mut maps)?,
-                #[cfg(feature = "webgpu")]
-                Self::WebGpu(executor) => executor.read(stage, seen, &mut maps)?,
-            }
-            Ok(maps)
-        };
-        stages.iter().map(read).collect()
+    }
+
+    fn read(&mut self, stage: Stage, seen: Option<&[bool]>, maps: &mut Maps) -> Result<(), GeometryError> {
+        match self {
+            Self::Cpu(executor) => executor.read(stage, seen, maps),
+            #[cfg(feature = "webgpu")]
+            Self::WebGpu(executor) => executor.read(stage, seen, maps),
+        }
     }
 }
 
 #[cfg(feature = "webgpu")]
 fn failed(error: &GpuError) -> DeepSftError {
-    DeepSftError::Execution {
-        reason: error.to_string(),
-    }
+    DeepSftError::Execution(error.to_string())
 }
 
 /// Runners of one network, one for each caller at a time.
@@ -123,12 +113,18 @@ impl Runners {
         let idle = || self.idle.lock().unwrap_or_else(PoisonError::into_inner);
         let free = idle().pop();
         let mut runner = free.map_or_else(|| Runner::new(&self.network, &self.device), Ok)?;
-        let read = runner.infer(canonical, stages, seen).await;
+        let ran = runner.run(canonical).await;
+        let read = |&stage: &Stage| {
+            let mut maps = Maps::empty(canonical.size());
+            runner.read(stage, seen, &mut maps)?;
+            Ok(maps)
+        };
+        let maps = ran.and_then(|()| stages.iter().map(read).collect());
         let mut idle = idle();
         if idle.len() < MAX_IDLE {
             idle.push(runner);
         }
-        read
+        maps
     }
 }
 

@@ -28,7 +28,7 @@ enum Stored {
 /// # Errors
 /// [`DeepSftError::Weights`] says what is wrong with the file.
 pub fn weights_from_burnpack(file: &[u8]) -> Result<Weights, DeepSftError> {
-    decoded(file).map_err(|reason| DeepSftError::Weights { reason })
+    decoded(file).map_err(DeepSftError::Weights)
 }
 
 fn decoded(file: &[u8]) -> Result<Weights, String> {
@@ -100,7 +100,7 @@ fn read(tensor: Tensor) -> Result<(String, Stored), String> {
 /// # Errors
 /// [`DeepSftError::Weights`] says what cannot be encoded, such as a weight that is not finite, or a bias beyond 65,504.
 pub fn weights_to_burnpack(weights: &Weights) -> Result<Vec<u8>, DeepSftError> {
-    encoded(weights).map_err(|reason| DeepSftError::Weights { reason })
+    encoded(weights).map_err(DeepSftError::Weights)
 }
 
 fn encoded(weights: &Weights) -> Result<Vec<u8>, String> {

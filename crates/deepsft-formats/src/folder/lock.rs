@@ -31,10 +31,7 @@ impl FolderLock {
     /// # Errors
     /// [`FormatError::Locked`] when another process has it, [`FormatError::Write`] when the lock cannot be made.
     pub fn acquire(folder: &Path) -> Result<Self, FormatError> {
-        let unwritten = |error: io::Error| FormatError::Write {
-            reason: format!("it cannot be locked: {error}"),
-            path: folder.to_path_buf(),
-        };
+        let unwritten = |error: io::Error| FormatError::unwritten(folder, format!("it cannot be locked: {error}"));
         fs::create_dir_all(parent(folder)).map_err(unwritten)?;
         let (folder, path) = folder_and_lock(folder);
         loop {

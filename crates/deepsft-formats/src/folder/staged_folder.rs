@@ -1,6 +1,6 @@
 //! Folders that are there whole or not at all: filled beside their place, then exchanged with what stands there.
 
-use super::file::{let_all_read, or_absent, parent, remove_unfinished, sync_names, write};
+use super::file::{entries, let_all_read, or_absent, parent, remove_unfinished, sync_names, write};
 #[cfg(test)]
 use super::steps::kill;
 use super::steps::step;
@@ -9,7 +9,7 @@ use crate::error::FormatError;
 use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::fs;
-use std::io::{self, ErrorKind};
+use std::io;
 use std::path::{Path, PathBuf};
 
 /// Writes a folder of `files` as [`StagedFolder`] does.
@@ -261,14 +261,14 @@ fn exchange(one: &Path, other: &Path) -> io::Result<()> {
     use rustix::fs::{CWD, RenameFlags, renameat_with};
     #[cfg(test)]
     if kill::CANNOT_EXCHANGE.get() {
-        return Err(ErrorKind::Unsupported.into());
+        return Err(io::ErrorKind::Unsupported.into());
     }
     Ok(renameat_with(CWD, one, CWD, other, RenameFlags::EXCHANGE)?)
 }
 
 #[cfg(not(any(target_os = "linux", target_os = "macos")))]
 fn exchange(_one: &Path, _other: &Path) -> io::Result<()> {
-    Err(ErrorKind::Unsupported.into())
+    Err(io::ErrorKind::Unsupported.into())
 }
 
 /// Returns where a folder is made that can be resumed and is to stand at `place`: `NAME.partial`.
@@ -291,11 +291,8 @@ fn hidden(place: &Path, ending: &str) -> PathBuf {
 pub fn check_folder(path: &Path, kind: &FolderKind) -> Result<(), FormatError> {
     let unreadable =
         |error: io::Error| FormatError::unreadable(path, format!("could not look into the folder: {error}"));
-    let mut entries = match fs::read_dir(path) {
-        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(()),
-        entries => entries.map_err(unreadable)?,
-    };
-    if entries.next().is_some() && !kind.known_by.iter().any(|marker| path.join(marker).is_file()) {
+    let is_empty = entries(path).map_err(unreadable)?.is_empty();
+    if !is_empty && !kind.known_by.iter().any(|marker| path.join(marker).is_file()) {
         return Err(FormatError::ForeignFolder {
             markers: kind.known_by.join(" or "),
             path: path.to_path_buf(),
@@ -308,13 +305,8 @@ pub fn check_folder(path: &Path, kind: &FolderKind) -> Result<(), FormatError> {
 fn keep_foreign(beside: &Path, place: &Path, kind: &FolderKind) -> io::Result<()> {
     let mut folders = vec![PathBuf::new()];
     while let Some(folder) = folders.pop() {
-        let entries = match fs::read_dir(place.join(&folder)) {
-            // There is none, or it is gone meanwhile: nothing of it is left to keep.
-            Err(error) if error.kind() == ErrorKind::NotFound => continue,
-            entries => entries?,
-        };
-        for entry in entries {
-            let entry = entry?;
+        // Where there is none, or it is gone meanwhile, nothing of it is left to keep.
+        for entry in entries(&place.join(&folder))? {
             let name = folder.join(entry.file_name());
             let (old, new) = (entry.path(), beside.join(&name));
             // A link to a folder is a file here.

@@ -142,9 +142,7 @@ pub(super) fn named<'a, T>(root: &'a Root, index: Index<T>, what: &str) -> Resul
 where
     Root: Get<T>,
 {
-    let missing = || FormatError::Scan {
-        reason: format!("it names {what} {index}, which is not there"),
-    };
+    let missing = || FormatError::Scan(format!("it names {what} {index}, which is not there"));
     root.get(index).ok_or_else(missing)
 }
 

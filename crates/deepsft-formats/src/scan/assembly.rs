@@ -94,14 +94,7 @@ pub fn assemble_scan(scan: Scan) -> Result<ScannedTemplate, FormatError> {
     });
     let middle = (low + high) / 2.0;
     let (vertices, uv): (Vec<DVec3>, Vec<DVec2>) = welder.vertices.iter().map(|(p, uv)| (*p - middle, *uv)).unzip();
-    let mut faces = welder.faces;
-    let volume = |faces: &[[usize; 3]]| -> f64 {
-        faces
-            .iter()
-            .map(|&[a, b, c]| vertices[a].dot(vertices[b].cross(vertices[c])))
-            .sum()
-    };
-    let mesh = TriangleMesh::new(vertices.clone(), uv.clone(), faces.clone())?;
+    let mut mesh = TriangleMesh::new(vertices, uv, welder.faces)?;
     let topology = match Topology::of(&mesh) {
         Err(error @ TemplateError::FaceOrientation { .. }) => {
             return refused(format!(
@@ -110,11 +103,13 @@ pub fn assemble_scan(scan: Scan) -> Result<ScannedTemplate, FormatError> {
         }
         topology => topology?,
     };
-    if topology.border_edges == 0 && volume(&faces) < 0.0 {
-        faces.iter_mut().for_each(|face| face.swap(1, 2));
+    let volume = |[a, b, c]: [DVec3; 3]| a.dot(b.cross(c));
+    let volumes = mesh.faces().iter().map(|face| volume(face.map(|v| mesh.vertices()[v])));
+    if topology.border_edges == 0 && volumes.sum::<f64>() < 0.0 {
+        let faces = mesh.faces().iter().map(|&[a, b, c]| [a, c, b]).collect();
+        mesh = TriangleMesh::new(mesh.vertices().to_vec(), mesh.texture_coordinates().to_vec(), faces)?;
         notes.push("the fronts of its faces were inside and have been turned outside".to_owned());
     }
-    let mesh = TriangleMesh::new(vertices, uv, faces)?;
     if topology.non_manifold_edges > 0 {
         notes.push(format!(
             "{} edges belong to more than two faces",

@@ -38,7 +38,7 @@ pub(super) fn atlas(mut textures: Vec<Picture>) -> Result<(Picture, Vec<Region>)
             if let Some((corners, height)) = pack_rectangles(&sizes, width, GAP)
                 && height <= width
             {
-                return Ok(paint_atlas(&textures, &corners, width, height));
+                return paint_atlas(&textures, &corners, width, height);
             }
             width += width / 16 + 1;
         }
@@ -77,7 +77,7 @@ fn paint_atlas(
     corners: &[(usize, usize)],
     width: usize,
     height: usize,
-) -> (Picture, Vec<Region>) {
+) -> Result<(Picture, Vec<Region>), FormatError> {
     let mut rgb = vec![128; 3 * width * height];
     let mut regions = Vec::new();
     for (texture, &(left, top)) in textures.iter().zip(corners) {
@@ -95,8 +95,7 @@ fn paint_atlas(
             size: texture.size().as_dvec2() / all,
         });
     }
-    let pixel = |x: usize, y: usize| std::array::from_fn(|k| rgb[3 * (y * width + x) + k]);
-    (Picture::from_fn(width, height, pixel), regions)
+    Ok((Picture::new(width, height, rgb)?, regions))
 }
 
 #[cfg(test)]

@@ -20,15 +20,11 @@ const DEEPEST_NODE: usize = 64;
 /// Bytes before the first chunk of a `.glb`.
 const GLB_HEADER: usize = 12;
 
-/// The parts of a file, and if asked the textures it names.
+/// The parts of a file, and if they are wanted the textures it names.
 ///
 /// The document is not validated by the crate `gltf`: it would refuse files without the bounds of their positions, which
 /// nobody needs here, and indexes with what it has not checked. Every index is looked up when it is followed.
-pub(super) fn parts(
-    bytes: &[u8],
-    textures_wanted: bool,
-    textures: &mut Textures<'_>,
-) -> Result<Vec<ScanPart>, FormatError> {
+pub(super) fn parts(bytes: &[u8], textures: &mut Textures<'_>) -> Result<Vec<ScanPart>, FormatError> {
     let (json, binary) = if bytes.starts_with(b"glTF") {
         let length = bytes
             .get(8..GLB_HEADER)
@@ -59,7 +55,7 @@ pub(super) fn parts(
     let mut reading = Reading {
         root: &root,
         buffers,
-        textures: textures_wanted.then_some(textures),
+        textures,
         parts: Vec::new(),
         nodes: HashSet::new(),
     };
@@ -73,8 +69,7 @@ pub(super) fn parts(
 struct Reading<'a, 't> {
     root: &'a Root,
     buffers: Buffers<'a>,
-    /// `None` when they are not wanted.
-    textures: Option<&'a mut Textures<'t>>,
+    textures: &'a mut Textures<'t>,
     parts: Vec<ScanPart>,
     /// Nodes that have been read: each has one place in the tree.
     nodes: HashSet<usize>,
@@ -151,18 +146,14 @@ impl Reading<'_, '_> {
         if let Some(index) = corners.iter().find(|&&index| index >= positions.len()) {
             return refused(format!("a face names vertex {index}, there are {}", positions.len()));
         }
-        // A mirrored node turns the faces over.
-        let [b, c] = if scene_from_node.determinant() < 0.0 {
-            [2, 1]
-        } else {
-            [1, 2]
-        };
+        let mut faces = corners.as_chunks::<3>().0.to_vec();
+        if scene_from_node.determinant() < 0.0 {
+            // A mirrored node turns the faces over.
+            faces.iter_mut().for_each(|face| face.swap(1, 2));
+        }
         Ok(ScanPart {
             name: name.to_owned(),
-            faces: corners
-                .chunks_exact(3)
-                .map(|face| [face[0], face[b], face[c]])
-                .collect(),
+            faces,
             positions,
             texture_coordinates,
             texture: base.map(|base| self.texture(base.index)).transpose()?.flatten(),
@@ -171,14 +162,14 @@ impl Reading<'_, '_> {
 
     /// The number of the picture of a texture, if textures are wanted.
     fn texture(&mut self, index: Index<Texture>) -> Result<Option<usize>, FormatError> {
-        let Some(textures) = &mut self.textures else {
+        if !self.textures.are_wanted {
             return Ok(None);
-        };
+        }
         let source = self.root.get(index).map(|texture| texture.source);
         let Some((source, image)) = source.and_then(|source| Some((source, self.root.get(source)?))) else {
             return refused(format!("its texture {index} is neither PNG nor JPEG"));
         };
-        let buffers = &self.buffers;
+        let (buffers, textures) = (&self.buffers, &mut self.textures);
         let number = match (&image.uri, image.buffer_view) {
             // Data within the URI is no name to tell people.
             (Some(uri), _) if uri.starts_with("data:") => {

@@ -50,6 +50,8 @@ pub struct Scan {
 /// The textures of a scan as they are read, each once, and the files beside it.
 struct Textures<'a> {
     beside: &'a dyn Fn(&Path) -> Result<Vec<u8>, FormatError>,
+    /// Whether those that the scan names are read.
+    are_wanted: bool,
     /// What the scan calls each of the pictures.
     named: Vec<String>,
     pictures: Vec<Picture>,
@@ -101,7 +103,6 @@ fn inside(name: &str) -> Result<PathBuf, FormatError> {
     Ok(path)
 }
 
-/// The error of a scan.
 fn refused<T>(reason: impl Into<String>) -> Result<T, FormatError> {
-    Err(FormatError::Scan { reason: reason.into() })
+    Err(FormatError::Scan(reason.into()))
 }

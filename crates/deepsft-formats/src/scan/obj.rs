@@ -6,15 +6,11 @@ use crate::obj::{ObjCorner, ObjFile, ObjGroup};
 use deepsft_geometry::glam::{DVec2, DVec3};
 use std::collections::HashMap;
 
-/// The parts of an OBJ file, and if asked the textures its materials name.
-pub(super) fn parts(
-    bytes: &[u8],
-    textures_wanted: bool,
-    textures: &mut Textures<'_>,
-) -> Result<Vec<ScanPart>, FormatError> {
+/// The parts of an OBJ file, and if they are wanted the textures its materials name.
+pub(super) fn parts(bytes: &[u8], textures: &mut Textures<'_>) -> Result<Vec<ScanPart>, FormatError> {
     let file = ObjFile::parse(bytes)?;
     let mut pictures = HashMap::new();
-    if textures_wanted {
+    if textures.are_wanted {
         for name in &file.material_files {
             let mtl = textures
                 .file(name)

@@ -18,9 +18,9 @@ pub fn read_scan(
     texture: Option<Picture>,
     beside: &dyn Fn(&Path) -> Result<Vec<u8>, FormatError>,
 ) -> Result<Scan, FormatError> {
-    let textures_wanted = texture.is_none();
     let mut textures = Textures {
         beside,
+        are_wanted: texture.is_none(),
         named: Vec::new(),
         pictures: Vec::new(),
         bytes: 0,
@@ -30,9 +30,9 @@ pub fn read_scan(
         .unwrap_or_default()
         .to_ascii_lowercase();
     let (mut parts, mm_per_unit) = match ending.to_str() {
-        Some("obj") => (obj::parts(bytes, textures_wanted, &mut textures)?, 1.0),
+        Some("obj") => (obj::parts(bytes, &mut textures)?, 1.0),
         Some("glb" | "gltf") => {
-            let parts = guarded(|| gltf::parts(bytes, textures_wanted, &mut textures));
+            let parts = guarded(|| gltf::parts(bytes, &mut textures));
             (parts.or_else(|error| refused(error.to_string()))??, gltf::MM_PER_UNIT)
         }
         _ => return refused("it is none of .obj, .glb and .gltf"),

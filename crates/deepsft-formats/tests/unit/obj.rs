@@ -56,8 +56,5 @@ fn arrays_that_do_not_fit_together_are_refused() {
         FormatError::Template(TemplateError::TextureCoordinates { actual: 2, expected: 3 })
     ));
     let nan = mesh_from_obj(GOOD.replace("v 4 5 6", "v 4 NaN 6").as_bytes()).unwrap_err();
-    assert!(matches!(
-        nan,
-        FormatError::Template(TemplateError::VertexNotFinite { vertex: 1 })
-    ));
+    assert!(matches!(nan, FormatError::Template(TemplateError::VertexNotFinite(1))));
 }

@@ -17,7 +17,7 @@ fn read(mtl: &str) -> Result<Scan, FormatError> {
             let outside = path.is_absolute() || path.starts_with("..") || path.starts_with("C:");
             assert!(!outside, "{} was asked for", path.display());
             let reason = format!("{} is not there", path.display());
-            Err(FormatError::Scan { reason })
+            Err(FormatError::Scan(reason))
         }
     })
 }
@@ -54,7 +54,7 @@ fn asked(material_file: &str) -> (String, Option<PathBuf>) {
     let read = read_scan("a.obj", obj.as_bytes(), None, &|beside: &Path| {
         *path.borrow_mut() = Some(beside.to_path_buf());
         let reason = "it is not there".to_owned();
-        Err(FormatError::Scan { reason })
+        Err(FormatError::Scan(reason))
     });
     (read.unwrap_err().to_string(), path.into_inner())
 }

@@ -20,13 +20,11 @@ pub(super) fn pixel_gradients(camera: &Camera, p_camera: DVec3) -> [DVec2; 4] {
 /// What changes from `from` to `camera`, in the same parameters.
 pub(super) fn between(from: &Camera, camera: &Camera) -> DVec4 {
     let shift = (camera.principal_point() - from.principal_point()) / from.focal();
-    let [k1, ..] = distortion(camera);
-    let [k1_before, ..] = distortion(from);
     DVec4::new(
         (camera.focal().x / from.focal().x).ln(),
         shift.x,
         shift.y,
-        k1 - k1_before,
+        distortion(camera)[0] - distortion(from)[0],
     )
 }
 
@@ -38,8 +36,7 @@ pub(super) fn stepped(camera: &Camera, step: DVec4) -> Result<Camera, GeometryEr
     if let Lens::Fisheye(coefficients) = camera.lens() {
         return pinhole.with_fisheye(coefficients);
     }
-    let [k1, rest @ ..] = distortion(camera);
-    let [k2, p1, p2, k3] = rest;
+    let [k1, k2, p1, p2, k3] = distortion(camera);
     pinhole.with_distortion([k1 + step.w, k2, p1, p2, k3])
 }
 

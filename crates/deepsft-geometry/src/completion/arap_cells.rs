@@ -1,6 +1,6 @@
 //! As-rigid-as-possible cells of a template.
 
-use super::report::CompletionEnergy;
+use super::arap_completion::CompletionEnergy;
 use crate::mesh::{TriangleMesh, nearest_rotation};
 use crate::solver::terms::cotangent;
 use glam::{DMat3, DQuat, DVec3};
@@ -96,7 +96,6 @@ impl ArapCells {
         }
     }
 
-    /// Number of vertices.
     pub(super) fn vertices(&self) -> usize {
         self.degrees.len()
     }
@@ -143,17 +142,14 @@ impl ArapCells {
             for (edge, &j) in edges.iter_mut().zip(neighbours) {
                 *edge = vertex - vertices[j];
             }
-            rotation = match &mut rotations {
-                Rotations::First(found) => {
-                    found[i] = self.rotation(i, weights, edges, rest, rotation);
-                    found[i]
-                }
-                Rotations::BestFrom(guesses) => {
-                    guesses[i] = self.rotation(i, weights, edges, rest, guesses[i]);
-                    guesses[i]
-                }
+            rotation = match &rotations {
+                Rotations::First(_) => self.rotation(i, weights, edges, rest, rotation),
+                Rotations::BestFrom(guesses) => self.rotation(i, weights, edges, rest, guesses[i]),
                 Rotations::Held(held) => held[i],
             };
+            if let Rotations::First(best) | Rotations::BestFrom(best) = &mut rotations {
+                best[i] = rotation;
+            }
             let matrix = DMat3::from_quat(rotation);
             let mut sum = DVec3::ZERO;
             for ((edge, q), &weight) in edges.iter_mut().zip(rest).zip(weights) {

@@ -4,7 +4,6 @@ use super::arap_cells::{ArapCells, Rotations};
 use super::components::Components;
 use super::options::CompletionOptions;
 use super::quasi_newton::{QuasiNewton, dot};
-use super::report::{Completion, CompletionEnergy, CompletionReport};
 use super::rotation_extension::extended_rotations;
 use super::stiffness::Stiffness;
 use super::visible_points::{VertexPoint, Visible};
@@ -53,7 +52,7 @@ const SUFFICIENT_DECREASE: f64 = 1e-4;
 /// let seen = |(vertex, p): (usize, &DVec3)| VertexPoint { vertex, p_camera: *p + 500.0 * DVec3::Z, weight: 1.0 };
 /// let points: Vec<_> = mesh.vertices().iter().enumerate().map(seen).filter(|p| p.p_camera.x < 0.0).collect();
 /// let whole = completion.complete(&points, None)?;
-/// assert!(whole.report.converged);
+/// assert!(whole.converged);
 /// assert!(whole.vertices.iter().all(|p| (p.z - 500.0).abs() < 1e-6));
 /// # Ok::<(), deepsft_geometry::GeometryError>(())
 /// ```
@@ -66,6 +65,34 @@ pub struct ArapCompletion {
     /// Mean edge length.
     scale: f64,
     options: CompletionOptions,
+}
+
+/// The terms of the completion's energy, without their weights, in the template's unit of length squared.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct CompletionEnergy {
+    /// E_data: sum of w |p_i - x_i|^2 over visible vertices.
+    pub data: f64,
+    /// E_arap.
+    pub arap: f64,
+    /// E_smooth.
+    pub smoothness: f64,
+}
+
+/// A completed mesh, and how its completion went.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Completion {
+    /// All vertices, camera frame, in the template's unit.
+    pub vertices: Vec<DVec3>,
+    /// Whether the last step was within the tolerance.
+    pub converged: bool,
+    /// Iterations done.
+    pub iterations: usize,
+    /// Energies at the rigid alignment.
+    pub initial_energy: CompletionEnergy,
+    /// Energies of the result.
+    pub final_energy: CompletionEnergy,
 }
 
 /// A shape with its energies, the weighted sum of them, and half the gradient of that sum.
@@ -167,7 +194,7 @@ impl ArapCompletion {
             quasi_newton.direction(&mut self.matrix, &here.gradient, &mut step);
             // The gradient is half that of the energy.
             let slope = 2.0 * dot(&step, &here.gradient);
-            let longest = longest(&step);
+            let longest = step.iter().map(|s| s.length_squared()).fold(0.0, f64::max).sqrt();
             let (mut fraction, mut lower) = (1.0, false);
             for _ in 0..HALVINGS {
                 there.move_to(&here, fraction, &step);
@@ -185,15 +212,12 @@ impl ArapCompletion {
             quasi_newton.remember(&step, fraction, &here.gradient, &there.gradient);
             std::mem::swap(&mut here, &mut there);
         }
-        let report = CompletionReport {
+        Ok(Completion {
+            vertices: self.welding.split(&here.vertices),
             converged,
             iterations,
             initial_energy,
             final_energy: here.energy,
-        };
-        Ok(Completion {
-            vertices: self.welding.split(&here.vertices),
-            report,
         })
     }
 
@@ -204,7 +228,7 @@ impl ArapCompletion {
         };
         check_start(start, self.welding.vertices())?;
         match start.iter().position(|p| !p.is_finite()) {
-            Some(vertex) => Err(TemplateError::VertexNotFinite { vertex }.into()),
+            Some(vertex) => Err(TemplateError::VertexNotFinite(vertex).into()),
             None => Ok(Some(self.welding.weld(start))),
         }
     }
@@ -226,8 +250,4 @@ impl ArapCompletion {
         shape.total = data + self.prior.arap * energy.arap + self.prior.smoothness * energy.smoothness;
         shape.energy = energy;
     }
-}
-
-fn longest(step: &[DVec3]) -> f64 {
-    step.iter().map(|s| s.length_squared()).fold(0.0, f64::max).sqrt()
 }

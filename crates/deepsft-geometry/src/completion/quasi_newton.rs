@@ -56,7 +56,6 @@ impl QuasiNewton {
     }
 }
 
-/// The scalar product of two vectors of points.
 pub(super) fn dot(a: &[DVec3], b: &[DVec3]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum()
 }

@@ -197,20 +197,13 @@ impl PixelTriangle {
 
 /// The vertices of faces with an area, in space and in the texture.
 fn chart_vertices(template: &TriangleMesh) -> Vec<ChartVertex> {
-    let (positions, texture) = (template.vertices(), template.texture_coordinates());
     // Sums over the faces around each vertex: metric and area, weighted with the faces' areas in the texture.
-    let mut sums = vec![([0.0; 3], 0.0_f64, 0.0_f64); positions.len()];
+    let mut sums = vec![([0.0; 3], 0.0_f64, 0.0_f64); template.vertices().len()];
     for &face in template.faces() {
-        let [p, q, r] = face.map(|v| positions[v]);
-        let [a, b, c] = face.map(|v| texture[v]);
-        let area = (b - a).perp_dot(c - a);
-        if area == 0.0 || (q - p).cross(r - p) == DVec3::ZERO {
+        let derivatives = template.texture_derivatives(face);
+        let Some(([du, dv], _, area)) = derivatives.filter(|(_, normal, _)| *normal != DVec3::ZERO) else {
             continue;
-        }
-        // The rest point as a function of the texture position: its derivatives.
-        let (e, f) = (q - p, r - p);
-        let du = (e * (c - a).y - f * (b - a).y) / area;
-        let dv = (f * (b - a).x - e * (c - a).x) / area;
+        };
         for vertex in face {
             let (metric, signed, total) = &mut sums[vertex];
             for (sum, entry) in metric.iter_mut().zip([du.dot(du), du.dot(dv), dv.dot(dv)]) {
@@ -224,7 +217,7 @@ fn chart_vertices(template: &TriangleMesh) -> Vec<ChartVertex> {
         .filter(|(_, (_, _, total))| *total > 0.0)
         .map(|(vertex, (metric, signed, total))| ChartVertex {
             vertex,
-            uv: texture[vertex],
+            uv: template.texture_coordinates()[vertex],
             metric: metric.map(|entry| entry / total),
             // Faces turn counter-clockwise seen from the front, v points down.
             mirrored: signed > 0.0,

@@ -26,7 +26,6 @@ const CONFIRMED: f64 = 0.8;
 /// Solver steps without the image, for each stiffness.
 const CONTINUATION_STEPS: usize = 12;
 
-/// What the coarse fit starts from.
 pub(crate) struct CoarseStart<'a> {
     pub(crate) measured: Vec<Measurement>,
     /// The coarse mesh to begin with; `None`: the flat sheet where the measurements are.

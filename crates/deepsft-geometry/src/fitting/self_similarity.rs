@@ -99,9 +99,10 @@ impl SmallPrint {
         Self::new(width, height, normalized.values().to_vec())
     }
 
-    /// The print turned by a quarter clockwise.
-    fn turned(&self) -> Self {
-        Self::new(self.height, self.width, turned_clockwise(&self.values, self.width))
+    /// The print turned by one, two and three quarters clockwise.
+    fn turns(&self) -> impl Iterator<Item = Self> + use<> {
+        let turned = |print: &Self| Self::new(print.height, print.width, turned_clockwise(&print.values, print.width));
+        successors(Some(turned(self)), move |last| Some(turned(last))).take(3)
     }
 
     /// Sum of squares in the rectangle from `low` to before `high`.
@@ -178,9 +179,7 @@ fn dot(a: &[f32], b: &[f32]) -> f32 {
 pub(crate) fn is_alike_in_detail(template: &Template, similarities: &[SelfSimilarity]) -> bool {
     let print = SmallPrint::of(template, DETAIL * LONG_SIDE);
     let pixels = DVec2::new(print.width as f64, print.height as f64);
-    let turned: Vec<_> = successors(Some(print.turned()), |last| Some(last.turned()))
-        .take(3)
-        .collect();
+    let turned: Vec<_> = print.turns().collect();
     similarities.iter().any(|like| {
         let other = like.quarter_turns.checked_sub(1).map_or(&print, |turns| &turned[turns]);
         let at = (like.offset * pixels).round().as_i64vec2();
@@ -206,8 +205,7 @@ pub(crate) fn self_similarities(template: &Template) -> Vec<SelfSimilarity> {
     shifts.retain(|&(at, _)| length(at) >= PEAK * PEAK);
     shifts.sort_by_key(|&(at, _)| length(at));
     let shifts = shifts.into_iter().take(MAX_SHIFTS).map(|(at, _)| like(0, at));
-    let turned = successors(Some(print.turned()), |last| Some(last.turned()));
-    let turns = (1..4).zip(turned).filter_map(|(turns, turned)| {
+    let turns = (1..4).zip(print.turns()).filter_map(|(turns, turned)| {
         let peaks = print.peaks(&turned);
         let best = peaks.into_iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
         Some(like(turns, best.0))

@@ -153,7 +153,6 @@ impl ContrastNormalizer {
         }
     }
 
-    /// Columns and rows of cells.
     fn cells(&self) -> (usize, usize) {
         (self.region.width.div_ceil(CELL), self.region.height.div_ceil(CELL))
     }

@@ -18,7 +18,6 @@ impl ImageSize {
         self.width.saturating_mul(self.height)
     }
 
-    /// Whether the image is higher than wide.
     pub(crate) fn is_upright(self) -> bool {
         self.height > self.width
     }

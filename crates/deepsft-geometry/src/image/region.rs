@@ -14,7 +14,6 @@ pub struct Region {
 }
 
 impl Region {
-    /// The rectangle of these columns and rows.
     pub(crate) fn new(columns: Range<usize>, rows: Range<usize>) -> Self {
         Self {
             left: columns.start,
@@ -36,17 +35,14 @@ impl Region {
         Self::new(grown(self.columns(), size.width), grown(self.rows(), size.height))
     }
 
-    /// Columns of the image.
     pub(crate) fn columns(&self) -> Range<usize> {
         self.left..self.left + self.width
     }
 
-    /// Rows of the image.
     pub(crate) fn rows(&self) -> Range<usize> {
         self.top..self.top + self.height
     }
 
-    /// Number of pixels.
     pub(crate) fn area(&self) -> usize {
         self.width * self.height
     }

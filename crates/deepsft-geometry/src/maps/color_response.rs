@@ -48,7 +48,6 @@ pub struct ColorMatch {
     seen: [Moments; 3],
 }
 
-/// Sums over frames.
 #[derive(Clone, Copy, Debug, Default)]
 struct Moments {
     mean: f64,

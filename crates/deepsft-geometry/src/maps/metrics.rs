@@ -143,7 +143,6 @@ impl Summary {
     }
 }
 
-/// A mean of squared errors in the making.
 #[derive(Default)]
 pub(crate) struct MeanSquare {
     sum: f64,

@@ -220,7 +220,6 @@ impl Visibility {
 #[derive(Debug)]
 pub struct VisibleSurface {
     triangles: Vec<Option<ImageTriangle>>,
-    region: Region,
     centres: Visibility,
     camera: Camera,
 }
@@ -230,11 +229,9 @@ impl VisibleSurface {
     pub fn new(mesh: &TriangleMesh, vertices_camera: &[DVec3], camera: &Camera) -> Self {
         let triangles = project_mesh(mesh, vertices_camera, camera);
         let region = region_of(&triangles, camera.size());
-        let centres = Visibility::new(&triangles, &region, DVec2::splat(0.5));
         Self {
+            centres: Visibility::new(&triangles, &region, DVec2::splat(0.5)),
             triangles,
-            region,
-            centres,
             camera: *camera,
         }
     }
@@ -252,7 +249,7 @@ impl VisibleSurface {
 
     /// The part of the image that the mesh can touch.
     pub fn region(&self) -> &Region {
-        &self.region
+        &self.centres.region
     }
 
     /// What the pixel centres of the region see.
@@ -263,7 +260,7 @@ impl VisibleSurface {
     /// The pixels (column, row) whose centre sees the front, with the face they see and its triangle. Where the back
     /// is nearer nothing is seen.
     pub fn front(&self) -> impl Iterator<Item = (usize, usize, usize, &ImageTriangle)> {
-        self.region.pixels().enumerate().filter_map(|(index, (column, row))| {
+        self.region().pixels().enumerate().filter_map(|(index, (column, row))| {
             let face = self.centres.triangle(index)?;
             let triangle = self.triangles[face].as_ref()?;
             triangle.front.then_some((column, row, face, triangle))

@@ -51,7 +51,6 @@ impl AnchoredPoint {
         })
     }
 
-    /// The point's position.
     pub(crate) fn position(&self, vertices: &[DVec3]) -> DVec3 {
         weighted(self.barycentric, self.corners.map(|v| vertices[v]))
     }

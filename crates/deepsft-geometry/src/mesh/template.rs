@@ -77,12 +77,12 @@ impl Template {
         for (face, corners) in mesh.faces().iter().enumerate() {
             let [a, b, c] = corners.map(|v| mesh.vertices()[v]);
             if (b - a).cross(c - a) == DVec3::ZERO {
-                return Err(TemplateError::DegenerateFace { face });
+                return Err(TemplateError::DegenerateFace(face));
             }
             corners.iter().for_each(|&v| used[v] = true);
         }
         if let Some(vertex) = used.iter().position(|used| !used) {
-            return Err(TemplateError::UnusedVertex { vertex });
+            return Err(TemplateError::UnusedVertex(vertex));
         }
         let unit = |uv: &DVec2| uv.clamp(DVec2::ZERO, DVec2::ONE);
         let outside = |uv: &DVec2| uv.distance(unit(uv)) > TEXTURE_ROUNDING;
@@ -238,20 +238,11 @@ impl Template {
 /// Medians over the surface, by area, of the millimetres that a difference of 1 in u and in v covers.
 fn texture_scale(mesh: &TriangleMesh) -> DVec2 {
     // Length along u, along v, and area of each face.
-    let mut scales = Vec::with_capacity(mesh.faces().len());
-    for face in mesh.faces() {
-        let [a, b, c] = face.map(|v| mesh.vertices()[v]);
-        let [p, q, r] = face.map(|v| mesh.texture_coordinates()[v]);
-        let (e, f, s, t) = (b - a, c - a, q - p, r - p);
-        let determinant = s.perp_dot(t);
-        if determinant == 0.0 {
-            continue;
-        }
-        // The surface as a function of (u, v): its derivatives.
-        let along_u = (e * t.y - f * s.y) / determinant;
-        let along_v = (f * s.x - e * t.x) / determinant;
-        scales.push([along_u.length(), along_v.length(), e.cross(f).length()]);
-    }
+    let of_face = |face: &[usize; 3]| {
+        let ([by_u, by_v], normal, _) = mesh.texture_derivatives(*face)?;
+        Some([by_u.length(), by_v.length(), normal.length()])
+    };
+    let mut scales: Vec<[f64; 3]> = mesh.faces().iter().filter_map(of_face).collect();
     let half = scales.iter().map(|face| face[2]).sum::<f64>() / 2.0;
     let mut median = |axis: usize| {
         scales.sort_by(|a, b| a[axis].total_cmp(&b[axis]));

@@ -35,7 +35,6 @@ impl TextureGrid {
         (index(low.x)..index(high.x) + 1, index(low.y)..index(high.y) + 1)
     }
 
-    /// What lies in a cell.
     pub(crate) fn cell(&self, column: usize, row: usize) -> impl Iterator<Item = usize> + '_ {
         self.cells[row * CELLS + column].iter().map(|&number| number as usize)
     }

@@ -159,31 +159,22 @@ mod tests {
     use super::*;
 
     #[test]
-    fn neighbours_do_not_share_the_texels_on_their_edge() {
+    fn charts_on_one_another_are_counted_and_not_the_texels_on_the_edges_of_neighbours() {
+        let overlap = |uv: &[(f64, f64)], faces: [[usize; 3]; 2]| {
+            let uv: Vec<DVec2> = uv.iter().copied().map(DVec2::from).collect();
+            let points = uv.iter().map(|uv| uv.extend(0.0)).collect();
+            texture_overlap(&TriangleMesh::new(points, uv, faces.to_vec()).unwrap())
+        };
         // The diagonal goes through the centres of 512 texels.
-        let uv = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(|(u, v)| DVec2::new(u, v));
-        let points = uv.map(|uv| uv.extend(0.0)).to_vec();
-        let square = TriangleMesh::new(points, uv.to_vec(), vec![[0, 1, 2], [0, 2, 3]]).unwrap();
-        assert_eq!(texture_overlap(&square), 0.0);
-    }
-
-    #[test]
-    fn charts_on_one_another_are_counted() {
-        // Two triangles, each a chart of its own.
-        let uv =
-            [(0.0, 0.0), (0.4, 0.0), (0.0, 0.4), (0.6, 0.6), (1.0, 0.6), (0.6, 1.0)].map(|(u, v)| DVec2::new(u, v));
-        let points = uv.map(|uv| uv.extend(0.0)).to_vec();
-        let apart = TriangleMesh::new(points, uv.to_vec(), vec![[0, 1, 2], [3, 4, 5]]).unwrap();
-        assert_eq!(texture_overlap(&apart), 0.0);
-        // The second chart over the first, shifted by half a side along u: the triangles (0, 0), (0.4, 0), (0, 0.4) and
-        // (0.2, 0), (0.6, 0), (0.2, 0.4) share a triangle of half the side: 1/4 of each, 1/7 of what is covered.
-        let mut uv = apart.texture_coordinates().to_vec();
-        for k in 0..3 {
-            uv[3 + k] = uv[k] + DVec2::new(0.2, 0.0);
-        }
-        let over = TriangleMesh::new(apart.vertices().to_vec(), uv, apart.faces().to_vec()).unwrap();
-        let overlap = texture_overlap(&over);
+        let square = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)];
+        assert_eq!(overlap(&square, [[0, 1, 2], [0, 2, 3]]), 0.0);
+        // Two triangles, each a chart of its own: the second apart from the first, then over it, shifted by half a side along u. They
+        // share a triangle of half the side: 1/4 of each, 1/7 of what is covered.
+        let mut charts = [(0.0, 0.0), (0.4, 0.0), (0.0, 0.4), (0.6, 0.6), (1.0, 0.6), (0.6, 1.0)];
+        assert_eq!(overlap(&charts, [[0, 1, 2], [3, 4, 5]]), 0.0);
+        charts[3..].copy_from_slice(&[(0.2, 0.0), (0.6, 0.0), (0.2, 0.4)]);
+        let shared = overlap(&charts, [[0, 1, 2], [3, 4, 5]]);
         // Along the borders of 205 texels a texel more or less: 1 %.
-        assert!((overlap - 1.0 / 7.0).abs() < 0.01, "{overlap}");
+        assert!((shared - 1.0 / 7.0).abs() < 0.01, "{shared}");
     }
 }

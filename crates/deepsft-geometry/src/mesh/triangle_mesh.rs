@@ -33,7 +33,7 @@ impl TriangleMesh {
         if let Some(vertex) =
             (0..vertices.len()).find(|&i| !vertices[i].is_finite() || !texture_coordinates[i].is_finite())
         {
-            return Err(TemplateError::VertexNotFinite { vertex });
+            return Err(TemplateError::VertexNotFinite(vertex));
         }
         for (face, corners) in faces.iter().enumerate() {
             if let Some(&vertex) = corners.iter().find(|&&v| v >= vertices.len()) {
@@ -91,6 +91,17 @@ impl TriangleMesh {
             }
         }
         normals.into_iter().map(|n| n.normalize_or(DVec3::NEG_Z)).collect()
+    }
+
+    /// Of a face: the derivatives of its points by u and by v, (b - a) x (c - a) in space, and twice its area in the texture, with sign. `None`
+    /// where it has no area in the texture.
+    pub(crate) fn texture_derivatives(&self, face: [usize; 3]) -> Option<([DVec3; 2], DVec3, f64)> {
+        let [a, b, c] = face.map(|v| self.vertices[v]);
+        let [p, q, r] = face.map(|v| self.texture_coordinates[v]);
+        let (e, f, s, t) = (b - a, c - a, q - p, r - p);
+        let area = s.perp_dot(t);
+        let derivatives = [(e * t.y - f * s.y) / area, (f * s.x - e * t.x) / area];
+        (area != 0.0).then_some((derivatives, e.cross(f), area))
     }
 
     /// The same faces and texture coordinates on other vertex positions.

@@ -125,14 +125,14 @@ fn what_cannot_be_deformed_or_registered_is_refused_with_its_place() {
     assert_eq!(refused(&|_, _, faces| faces.clear()), TemplateError::MeshWithoutFaces);
     assert_eq!(
         refused(&|_, _, faces| faces[3] = [4, 4, 6]),
-        TemplateError::DegenerateFace { face: 3 }
+        TemplateError::DegenerateFace(3)
     );
     assert_eq!(
         refused(&|vertices, uv, _| {
             vertices.push(DVec3::ONE);
             uv.push(DVec2::ZERO);
         }),
-        TemplateError::UnusedVertex { vertex: 20 }
+        TemplateError::UnusedVertex(20)
     );
     assert!(matches!(
         refused(&|_, uv, _| uv[7].y = 1.25),

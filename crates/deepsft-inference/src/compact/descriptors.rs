@@ -65,10 +65,9 @@ impl DescriptorExecutor {
             write_patches(&mut self.cpu, self.image, image);
             self.cpu.run(steps);
         });
-        let (values, pitch) = (self.cpu.values(self.descriptors), self.cpu.pitch(self.descriptors));
-        let mut descriptors = Vec::with_capacity(values.len() / pitch * DESCRIPTOR_LENGTH);
-        for cell in values.chunks_exact(pitch) {
-            let descriptor = &cell[..DESCRIPTOR_LENGTH];
+        let cells = self.cpu.shape(self.descriptors).area();
+        let mut descriptors = Vec::with_capacity(cells * DESCRIPTOR_LENGTH);
+        for descriptor in self.cpu.positions(self.descriptors) {
             let square: f32 = descriptor.iter().map(|value| value * value).sum();
             let length = (square + LENGTH_FLOOR).sqrt();
             descriptors.extend(descriptor.iter().map(|value| value / length));
@@ -111,8 +110,6 @@ impl DescriptorSimilarities {
             position[..DESCRIPTOR_LENGTH].copy_from_slice(vector);
         }
         self.cpu.run(0..1);
-        let (others, pitch) = (self.cpu.shape(self.products).channels, self.cpu.pitch(self.products));
-        let products = self.cpu.values(self.products).chunks_exact(pitch);
-        products.map(move |products| &products[..others]).take(count)
+        self.cpu.positions(self.products).take(count)
     }
 }

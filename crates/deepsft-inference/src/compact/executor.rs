@@ -90,21 +90,20 @@ impl CompactFrame {
     /// Coordinates of cells from bins and offsets, and how much the mask shows of each.
     fn read_main(&mut self, cpu: &CpuPlan) {
         let network = &self.network;
-        let (logits, pitch) = (cpu.values(network.bins), cpu.pitch(network.bins));
         let mut first = 0;
         for (coarse, bins) in self.coarse.iter_mut().zip(self.network.layers.bins) {
-            for (coordinate, logits) in coarse.iter_mut().zip(logits.chunks_exact(pitch)) {
+            for (coordinate, logits) in coarse.iter_mut().zip(cpu.positions(network.bins)) {
                 *coordinate = expected_coordinate(&logits[first..first + bins]);
             }
             first += bins;
         }
-        let (offsets, pitch) = (cpu.values(network.offset), cpu.pitch(network.offset));
         let [rows, columns] = &self.cells_from_bins;
-        for (cell, seen) in self.seen.iter_mut().enumerate() {
+        let cells = self.seen.iter_mut().zip(cpu.positions(network.offset)).enumerate();
+        for (cell, (seen, offset)) in cells {
             let (row, column) = (cell / columns.len(), cell % columns.len());
             for (k, (main, coarse)) in self.cell_maps.main.iter_mut().zip(&self.coarse).enumerate() {
                 let position = interpolated(coarse, columns.len() / 2, rows[row], columns[column]);
-                main[cell] = position + offsets[cell * pitch + k];
+                main[cell] = position + offset[k];
             }
             let (mask, pitch) = (cpu.values(network.mask), cpu.pitch(network.mask));
             let patches = [0, 1].map(|r| (2 * row + r) * 2 * columns.len() + 2 * column);
@@ -140,21 +139,17 @@ impl CompactFrame {
     }
 
     fn refine_depth(&mut self, cpu: &CpuPlan) {
-        let map = self.network.corrections[0];
-        let (said, pitch) = (cpu.values(map), cpu.pitch(map));
-        for (cell, depth) in self.cell_maps.refined[2].iter_mut().enumerate() {
-            let said = &said[cell * pitch..][..4];
+        let said = cpu.positions(self.network.corrections[0]);
+        for (cell, (depth, said)) in self.cell_maps.refined[2].iter_mut().zip(said).enumerate() {
             let [_, _, narrow, wide] = self.measured[cell];
             *depth = weighed([self.cell_maps.main[2][cell], narrow, wide], &said[1..]) + said[0];
         }
     }
 
     fn refine_registration(&mut self, cpu: &CpuPlan) {
-        let map = self.network.corrections[1];
-        let (said, pitch) = (cpu.values(map), cpu.pitch(map));
-        for k in 0..2 {
-            for (cell, refined) in self.cell_maps.refined[k].iter_mut().enumerate() {
-                *refined = self.cell_maps.main[k][cell] + said[cell * pitch + k];
+        for (cell, said) in cpu.positions(self.network.corrections[1]).enumerate() {
+            for (k, said) in said.iter().enumerate() {
+                self.cell_maps.refined[k][cell] = self.cell_maps.main[k][cell] + said;
             }
         }
     }

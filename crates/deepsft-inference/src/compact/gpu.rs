@@ -9,7 +9,6 @@ use crate::gpu::shader::Shader;
 use crate::gpu::{FramePart, FramePipeline, Gpu, GpuError, GpuPlan, Kernel};
 use crate::plan::{MapId, MapShape, Plan, PlanError};
 use crate::weights::Weights;
-use std::ops::Range;
 use wgpu::Buffer;
 
 /// Steps of a plan that average moments under the windows: down the columns, and across for each reach.
@@ -18,8 +17,8 @@ struct Windows {
     down: MapId,
     turned: [MapId; 2],
     means: [MapId; 2],
-    down_steps: Range<usize>,
-    across_steps: Range<usize>,
+    /// The step down; those across follow it.
+    first: usize,
 }
 
 impl Windows {
@@ -44,8 +43,7 @@ impl Windows {
             down,
             turned,
             means,
-            down_steps: first..first + 1,
-            across_steps: first + 1..first + 3,
+            first,
         })
     }
 }
@@ -93,9 +91,9 @@ pub(crate) fn compact_pipeline(
     ];
     if let Some(windows) = &windows {
         work.extend([
-            FramePart::Steps(windows.down_steps.clone()),
+            FramePart::Steps(windows.first..windows.first + 1),
             FramePart::Kernel(frame.turn(windows)),
-            FramePart::Steps(windows.across_steps.clone()),
+            FramePart::Steps(windows.first + 1..windows.first + 3),
         ]);
     }
     work.extend([

@@ -49,21 +49,16 @@ impl CompactPlan {
         }
         let mut builder = PlanBuilder::new(weights, RELU_GAIN);
         let [rows, columns] = cells(image);
-        let Trunk {
-            image,
-            patches,
-            at16,
-            at8,
-        } = Trunk::new(&mut builder, image, shape)?;
+        let trunk = Trunk::new(&mut builder, image, shape)?;
         let names = ["main.bins.0", "main.bins.1", "main.bins.2"];
-        let bins = builder.stacked(&[at16.relu()], &names, &shape.bins, 1)?;
+        let bins = builder.stacked(&[trunk.at16.relu()], &names, &shape.bins, 1)?;
         let bins = builder.plan.convolve(bins)?;
-        let offset = builder.layer(&[at8.relu()], "main.offset", [3, 1, 1], None)?;
+        let offset = builder.layer(&[trunk.at8.relu()], "main.offset", [3, 1, 1], None)?;
 
         let width = shape.mask_channels;
-        let coarse = builder.layer(&[at8.relu()], "mask_coarse", [width, 1, 1], None)?;
+        let coarse = builder.layer(&[trunk.at8.relu()], "mask_coarse", [width, 1, 1], None)?;
         let skip = Some(SkipInput::doubled(coarse));
-        let mask = builder.layer(&[patches.plain()], "mask_fine", [width, 1, 1], skip)?;
+        let mask = builder.layer(&[trunk.patches.plain()], "mask_fine", [width, 1, 1], skip)?;
         let skip = Some(SkipInput::same(mask));
         let mask = builder.layer(&[mask.relu()], "mask_mix", [width, 3, 1], skip)?;
         let mask = builder.layer(&[mask.relu()], "mask", [PATCH * PATCH, 1, 1], None)?;
@@ -72,7 +67,7 @@ impl CompactPlan {
         let mut refine = |name: &str, outputs: usize| {
             let (mark, cues) = (builder.plan.steps(), builder.plan.input(cells));
             let shape = [shape.refinement_channels, 3, 1];
-            let seen = [at8.relu(), cues.plain()];
+            let seen = [trunk.at8.relu(), cues.plain()];
             let entry = builder.relu_layer(&seen, &format!("{name}.entry"), shape, None)?;
             let middle = builder.relu_layer(&[entry.plain()], &format!("{name}.middle"), shape, None)?;
             let shape = [outputs, 1, 1];
@@ -84,7 +79,7 @@ impl CompactPlan {
         Ok(Self {
             plan: builder.finish()?,
             layers: shape.clone(),
-            image,
+            image: trunk.image,
             bins,
             offset,
             mask,

@@ -3,6 +3,7 @@
 use crate::stage::Stage;
 use deepsft_geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH};
 use serde::{Deserialize, Serialize};
+use std::fmt::Display;
 use std::ops::Not;
 
 /// The architecture of a network, with its layers.
@@ -121,7 +122,7 @@ impl PaperConfig {
     fn check(&self) -> Result<(), String> {
         // Widths are only ever divided: no description asks for more than the paper's 109 million weights.
         within("width_divisor", self.width_divisor, 1, 64)?;
-        check_momentum(self.momentum)
+        within("momentum", self.momentum, 0.0, 1.0)
     }
 }
 
@@ -186,24 +187,15 @@ impl R50FConfig {
                 self.neurons
             ));
         }
-        check_momentum(self.momentum)
+        within("momentum", self.momentum, 0.0, 1.0)
     }
 }
 
 /// Whether `value` of the field `field` lies within `least..=most`.
-fn within(field: &str, value: usize, least: usize, most: usize) -> Result<(), String> {
+fn within<T: Copy + Display + PartialOrd>(field: &str, value: T, least: T, most: T) -> Result<(), String> {
     if (least..=most).contains(&value) {
         Ok(())
     } else {
         Err(format!("{field} is {value}, expected {least} to {most}"))
-    }
-}
-
-/// Whether `momentum` is a fraction.
-fn check_momentum(momentum: f64) -> Result<(), String> {
-    if (0.0..=1.0).contains(&momentum) {
-        Ok(())
-    } else {
-        Err(format!("momentum is {momentum}, expected 0 to 1"))
     }
 }

@@ -64,7 +64,6 @@ impl PackedConvolution {
         }
     }
 
-    /// Makes the output, `out`.
     pub(crate) fn run(
         &self,
         arch: Arch,

@@ -75,7 +75,6 @@ impl CpuPlan {
         }
     }
 
-    /// Size of a map.
     pub(crate) fn shape(&self, map: MapId) -> MapShape {
         self.shapes[map.0]
     }
@@ -91,6 +90,13 @@ impl CpuPlan {
         &self.buffers[self.slots[map.0]].values()[..self.length(map)]
     }
 
+    /// The channels of each position of such a map, without their padding.
+    pub(crate) fn positions(&self, map: MapId) -> impl Iterator<Item = &[f32]> {
+        let channels = self.shape(map).channels;
+        let positions = self.values(map).chunks_exact(self.pitch(map));
+        positions.map(move |position| &position[..channels])
+    }
+
     fn length(&self, map: MapId) -> usize {
         self.shapes[map.0].area() * self.pitch(map)
     }
@@ -101,17 +107,14 @@ impl CpuPlan {
         &mut self.buffers[self.slots[map.0]].values_mut()[..length]
     }
 
-    /// Number of threads.
     pub(crate) fn threads(&self) -> usize {
         self.scratches.len()
     }
 
-    /// Number of steps.
     pub(crate) fn steps(&self) -> usize {
         self.layers.len()
     }
 
-    /// Runs the steps `steps`.
     pub(crate) fn run(&mut self, steps: Range<usize>) {
         with_team(self.threads(), || steps.for_each(|step| self.run_step(step)));
     }

@@ -115,6 +115,47 @@ impl Direct {
             });
         });
     }
+
+    /// The input rows of the output rows `made` with a border of zeros: `read` [rows, columns, channels].
+    #[inline(always)]
+    fn read(&self, layer: LayerRun<'_>, made: Range<usize>, read: &mut [f32]) {
+        let convolution = &layer.spec.convolution;
+        let border = self.kernel / 2;
+        let first = convolution.inputs[0];
+        let [height, width] = first.size(layer.maps.view(first.map).shape);
+        let row = (width + self.kernel - 1) * self.inputs;
+        let rows = convolution.stride * made.len().saturating_sub(1) + self.kernel;
+        for (r, to) in read.chunks_exact_mut(row).take(rows).enumerate() {
+            let y = (convolution.stride * made.start + r).wrapping_sub(border);
+            if y >= height {
+                to.fill(0.0);
+                continue;
+            }
+            let (inner, outer) = (border * self.inputs, (border + width) * self.inputs);
+            to[..inner].fill(0.0);
+            to[outer..].fill(0.0);
+            let mut first_channel = 0;
+            for input in &convolution.inputs {
+                let map = layer.maps.view(input.map);
+                let pitch = map.pitch();
+                let from = (y + input.cropped[0]) / input.factor * map.shape.width * pitch;
+                let from = &map.values[from..][..map.shape.width * pitch];
+                let channels = if self.unpadded { map.shape.channels } else { pitch };
+                for (to, from) in to[inner..outer]
+                    .chunks_exact_mut(input.factor * self.inputs)
+                    .zip(from.chunks_exact(pitch))
+                {
+                    for to in to.chunks_exact_mut(self.inputs) {
+                        let to = &mut to[first_channel..first_channel + channels];
+                        for (to, &from) in to.iter_mut().zip(from) {
+                            *to = if input.rectified && from < 0.0 { 0.0 } else { from };
+                        }
+                    }
+                }
+                first_channel += channels;
+            }
+        }
+    }
 }
 
 /// The rows `rows` of the output; `out` begins with them.
@@ -165,49 +206,6 @@ impl WithSimd for DirectRows<'_> {
             multiply::<S, true>(simd, &rows, &direct.filters, &mut epilogue);
         } else {
             multiply::<S, false>(simd, &rows, &direct.filters, &mut epilogue);
-        }
-    }
-}
-
-impl Direct {
-    /// The input rows of the output rows `made` with a border of zeros: `read` [rows, columns, channels].
-    #[inline(always)]
-    fn read(&self, layer: LayerRun<'_>, made: Range<usize>, read: &mut [f32]) {
-        let convolution = &layer.spec.convolution;
-        let border = self.kernel / 2;
-        let first = convolution.inputs[0];
-        let [height, width] = first.size(layer.maps.view(first.map).shape);
-        let row = (width + self.kernel - 1) * self.inputs;
-        let rows = convolution.stride * made.len().saturating_sub(1) + self.kernel;
-        for (r, to) in read.chunks_exact_mut(row).take(rows).enumerate() {
-            let y = (convolution.stride * made.start + r).wrapping_sub(border);
-            if y >= height {
-                to.fill(0.0);
-                continue;
-            }
-            let (inner, outer) = (border * self.inputs, (border + width) * self.inputs);
-            to[..inner].fill(0.0);
-            to[outer..].fill(0.0);
-            let mut first_channel = 0;
-            for input in &convolution.inputs {
-                let map = layer.maps.view(input.map);
-                let pitch = map.pitch();
-                let from = (y + input.cropped[0]) / input.factor * map.shape.width * pitch;
-                let from = &map.values[from..][..map.shape.width * pitch];
-                let channels = if self.unpadded { map.shape.channels } else { pitch };
-                for (to, from) in to[inner..outer]
-                    .chunks_exact_mut(input.factor * self.inputs)
-                    .zip(from.chunks_exact(pitch))
-                {
-                    for to in to.chunks_exact_mut(self.inputs) {
-                        let to = &mut to[first_channel..first_channel + channels];
-                        for (to, &from) in to.iter_mut().zip(from) {
-                            *to = if input.rectified && from < 0.0 { 0.0 } else { from };
-                        }
-                    }
-                }
-                first_channel += channels;
-            }
         }
     }
 }

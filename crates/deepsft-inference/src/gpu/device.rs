@@ -68,19 +68,16 @@ impl Gpu {
             .await
             .map_err(|error| not_started(&error))?;
         let failure = Arc::new(Mutex::new(None));
-        let first = |failure: &Arc<Mutex<Option<GpuError>>>| {
-            let failure = failure.clone();
-            move |error| {
-                // A lost GPU says more than what fails because of it.
-                let mut failure = failure.lock().unwrap_or_else(PoisonError::into_inner);
-                if failure.is_none() || matches!(error, GpuError::Lost(_)) {
-                    *failure = Some(error);
-                }
+        let first = failure.clone();
+        let failed = move |error| {
+            // A lost GPU says more than what fails because of it.
+            let mut first = first.lock().unwrap_or_else(PoisonError::into_inner);
+            if first.is_none() || matches!(error, GpuError::Lost(_)) {
+                *first = Some(error);
             }
         };
-        let lost = first(&failure);
+        let lost = failed.clone();
         device.set_device_lost_callback(move |_, message| lost(GpuError::Lost(message)));
-        let failed = first(&failure);
         let failed = move |error: wgpu::Error| failed(GpuError::Failed(error.to_string()));
         device.on_uncaptured_error(Arc::new(failed));
         Ok(Self {

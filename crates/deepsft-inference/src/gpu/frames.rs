@@ -7,7 +7,6 @@ use deepsft_geometry::{Picture, check_size};
 use std::ops::Range;
 use wgpu::Buffer;
 
-/// A part of a frame.
 #[derive(Debug)]
 pub(crate) enum FramePart {
     Steps(Range<usize>),

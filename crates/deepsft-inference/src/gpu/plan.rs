@@ -4,7 +4,7 @@ use super::convolution::{self, Scratch};
 use super::device::Gpu;
 use super::shader::{GpuMap, Kernel, padded};
 use super::simple;
-use crate::plan::{MapId, MapShape, Operation, Plan, SkipInput};
+use crate::plan::{MapId, MapShape, Operation, Plan, SkipInput, Step};
 use std::ops::Range;
 use wgpu::Buffer;
 
@@ -15,9 +15,8 @@ pub(crate) struct GpuPlan {
     /// The buffer of each map; maps that are not needed at the same time share one.
     slots: Vec<usize>,
     buffers: Vec<Buffer>,
-    kernels: Vec<Kernel>,
-    /// Where the kernels of each step end.
-    ends: Vec<usize>,
+    /// Of each step.
+    kernels: Vec<Vec<Kernel>>,
 }
 
 impl GpuPlan {
@@ -44,39 +43,33 @@ impl GpuPlan {
             buffer: &buffers[slots[map.0]],
         };
         let skipped = |skip: SkipInput| (view(skip.map), skip);
-        let (mut kernels, mut ends) = (Vec::new(), Vec::new());
-        for step in &steps {
+        let of_step = |step: &Step| {
             let output = view(step.output);
             match &step.operation {
                 Operation::Convolve(convolution) => {
                     let inputs = convolution.inputs.iter();
                     let sources: Vec<_> = inputs.map(|&input| (view(input.map), input)).collect();
                     let skip = convolution.skip.map(skipped);
-                    let made = convolution::kernels(gpu, (convolution, &shapes), &sources, skip, output, &scratch);
-                    kernels.extend(made);
+                    convolution::kernels(gpu, (convolution, &shapes), &sources, skip, output, &scratch)
                 }
-                Operation::Pool(pool) => kernels.push(simple::pool(gpu, pool, view(pool.map), output)),
+                Operation::Pool(pool) => vec![simple::pool(gpu, pool, view(pool.map), output)],
                 // Only R50F has these, which `GpuExecutor` refuses.
-                Operation::Dense(_) => {}
-                Operation::Add(map, skip) => kernels.push(simple::sum(gpu, view(*map), skipped(*skip), output)),
+                Operation::Dense(_) => Vec::new(),
+                Operation::Add(map, skip) => vec![simple::sum(gpu, view(*map), skipped(*skip), output)],
             }
-            ends.push(kernels.len());
-        }
+        };
         Self {
+            kernels: steps.iter().map(of_step).collect(),
             shapes,
             slots,
             buffers,
-            kernels,
-            ends,
         }
     }
 
-    /// Number of steps.
     pub(crate) fn steps(&self) -> usize {
-        self.ends.len()
+        self.kernels.len()
     }
 
-    /// Size of a map.
     pub(crate) fn shape(&self, map: MapId) -> MapShape {
         self.shapes[map.0]
     }
@@ -87,8 +80,6 @@ impl GpuPlan {
 
     /// Puts the steps `steps` on a list of work.
     pub(crate) fn list(&self, steps: Range<usize>, pass: &mut wgpu::ComputePass<'_>) {
-        let start = |step: usize| step.checked_sub(1).map_or(0, |before| self.ends[before]);
-        let kernels = &self.kernels[start(steps.start)..start(steps.end)];
-        kernels.iter().for_each(|kernel| kernel.run(pass));
+        self.kernels[steps].iter().flatten().for_each(|kernel| kernel.run(pass));
     }
 }

@@ -7,7 +7,6 @@ use wgpu::Buffer;
 /// Invocations of a group.
 const GROUP: usize = 64;
 
-/// Number of quads of `channels` channels.
 pub(crate) fn quads(channels: usize) -> usize {
     channels.div_ceil(4)
 }
@@ -27,7 +26,6 @@ pub(crate) struct GpuMap<'a> {
 }
 
 impl GpuMap<'_> {
-    /// Number of quads of channels.
     pub(crate) fn quads(&self) -> usize {
         quads(self.shape.channels)
     }
@@ -36,7 +34,6 @@ impl GpuMap<'_> {
 /// A map that is read, and how.
 pub(crate) type ShaderInput<'a> = (GpuMap<'a>, LayerInput);
 
-/// A skip connection.
 pub(crate) type ShaderSkip<'a> = Option<(GpuMap<'a>, SkipInput)>;
 
 /// Whether a map is read position by position.
@@ -66,7 +63,6 @@ impl<'a> Shader<'a> {
         self.bind_as(name, access, if half { "vec4<f16>" } else { "vec4f" }, buffer);
     }
 
-    /// A map.
     pub(crate) fn bind_map(&mut self, name: &str, access: &str, map: GpuMap<'a>) {
         self.bind_numbers(name, access, map.half, map.buffer);
     }
@@ -84,7 +80,6 @@ impl<'a> Shader<'a> {
         self.sizes.push((name.into(), value as u32));
     }
 
-    /// Numbers that the shader finds in `size.name`.
     pub(crate) fn sizes<const N: usize>(&mut self, sizes: [(&str, usize); N]) {
         sizes.into_iter().for_each(|(name, value)| self.size(name, value));
     }

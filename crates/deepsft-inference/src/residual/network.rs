@@ -37,8 +37,7 @@ impl ResidualPlan {
     }
 
     fn paper(config: &PaperConfig, weights: &Weights) -> Result<Self, PlanError> {
-        let mut network = ResidualBuilder::new(config.width_divisor, weights);
-        let image = network.image();
+        let (mut network, image) = ResidualBuilder::new(config.width_divisor, weights);
         let main = network.main_block(image)?;
         let seen = [image.plain(), main.plain()];
         let depth = network.refinement_block("depth_refinement", &seen, 1)?;
@@ -49,8 +48,7 @@ impl ResidualPlan {
     }
 
     fn r50f(config: &R50FConfig, weights: &Weights) -> Result<Self, PlanError> {
-        let mut network = ResidualBuilder::new(config.width_divisor, weights);
-        let image = network.image();
+        let (mut network, image) = ResidualBuilder::new(config.width_divisor, weights);
         let x = network.entry("", &[image.plain()], [2, 1])?;
         let x = network.stack("encode2", x, [64, 64, 256], KEPT, 2, [0, 0])?;
         let x = network.stack("encode3", x, [128, 128, 512], STRIDE, 3, [0, 0])?;
@@ -66,14 +64,11 @@ impl ResidualPlan {
 }
 
 impl<'a> ResidualBuilder<'a> {
-    fn new(divisor: usize, weights: &'a Weights) -> Self {
-        let builder = PlanBuilder::new(weights, 1.0);
-        Self { builder, divisor }
-    }
-
-    fn image(&mut self) -> MapId {
-        let shape = MapShape::new(3, CANONICAL_HEIGHT, CANONICAL_WIDTH);
-        self.builder.plan.input(shape)
+    /// With the image.
+    fn new(divisor: usize, weights: &'a Weights) -> (Self, MapId) {
+        let mut builder = PlanBuilder::new(weights, 1.0);
+        let image = builder.plan.input(MapShape::new(3, CANONICAL_HEIGHT, CANONICAL_WIDTH));
+        (Self { builder, divisor }, image)
     }
 
     /// Image -> depth, u, v.

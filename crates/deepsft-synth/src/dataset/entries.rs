@@ -63,7 +63,7 @@ pub(super) fn encode(seed: u64, index: u64, sample: &Sample) -> Result<[Vec<u8>;
             entry,
             index,
             reason: match error {
-                FormatError::PictureFile { reason } => reason,
+                FormatError::PictureFile(reason) => reason,
                 other => other.to_string(),
             },
         })

@@ -188,7 +188,7 @@ impl<'a> TrainingStep for Tuning<'a> {
 /// A network of its own with the same weights, for training on `device`. The weights of bundles are folded, and so are
 /// the copy's.
 fn copy_of(network: &Network, device: &Device) -> Result<Network, TrainError> {
-    let failure = |reason: String| deepsft::DeepSftError::Execution { reason };
+    let failure = |reason: String| deepsft::DeepSftError::Execution(reason);
     let bytes = network
         .clone()
         .into_record()

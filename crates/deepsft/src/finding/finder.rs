@@ -6,7 +6,7 @@ use super::target::Target;
 use super::view::View;
 use crate::error::DeepSftError;
 use crate::estimator::Estimator;
-use deepsft_finding::{FeatureFinder, FoundSheet, Match};
+use deepsft_finding::{FeatureFinder, Match};
 use deepsft_geometry::fitting::Start;
 use deepsft_geometry::{Camera, Template};
 
@@ -58,12 +58,6 @@ impl DescriptorFinder {
             Some(Match { pixel, scale, ..m })
         };
         Ok(matches.into_iter().filter_map(to_camera).collect())
-    }
-
-    fn find(&mut self, view: &mut View<'_>, canonical: &Camera) -> Result<Option<FoundSheet>, DeepSftError> {
-        let candidates = self.matches(view, canonical)?;
-        let (features, camera) = view.features()?;
-        Ok(self.features.find_among(&candidates, features, camera)?)
     }
 }
 
@@ -117,7 +111,11 @@ impl Finder {
                 let (features, camera) = view.features()?;
                 finder.find(features, camera)?
             }
-            Self::Descriptors(finder) => finder.find(view, canonical)?,
+            Self::Descriptors(finder) => {
+                let candidates = finder.matches(view, canonical)?;
+                let (features, camera) = view.features()?;
+                finder.features.find_among(&candidates, features, camera)?
+            }
         };
         Ok(sheet.map(|sheet| (Start::Mesh(sheet.vertices_camera), false)))
     }

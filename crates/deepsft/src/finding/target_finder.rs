@@ -102,7 +102,9 @@ impl TargetFinder {
             let Some((start, is_sure)) = self.finders[k].find(view, camera).await? else {
                 continue;
             };
-            self.prepare()?;
+            // At the first sighting of any finder: made later, what judging a sheet takes would grow the memory of a page that has long been at
+            // work, and hold up a frame. It needs more for a moment than a fit does, which then finds room there.
+            self.fitter()?.is_self_similar();
             let vertices_camera = match &start {
                 Start::Maps(_) => self.fitter()?.initial_mesh(camera, &start)?,
                 Start::Mesh(_) => self.confirmed(view, camera, &start)?,
@@ -133,14 +135,6 @@ impl TargetFinder {
             verdict.correlation >= least && (verdict.ambiguity.is_none() || verdict.is_found())
         });
         Ok(confirmed.map(|surface| surface.vertices_camera))
-    }
-
-    /// Makes what judging a sheet takes at the first sighting of any finder: made later it would grow the memory of a page that has
-    /// long been at work, and hold up a frame.
-    fn prepare(&mut self) -> Result<(), DeepSftError> {
-        // It needs more for a moment than a fit does, which then finds room there.
-        self.fitter()?.is_self_similar();
-        Ok(())
     }
 
     /// Estimates the target in `view`: of what the finders see, fitted to the image and judged, that of which the image confirms most.

@@ -26,9 +26,8 @@ impl FocalSearch {
     /// Whether `source`, which takes the next frame, is not the camera of the last one. All then begins anew, for what was seen until then was
     /// seen through another.
     pub(super) fn begins(&mut self, source: &Source) -> bool {
-        let is_other = self.source != Some(*source);
+        let is_other = self.source.replace(*source) != Some(*source);
         if is_other {
-            self.source = Some(*source);
             self.deviation = source.focal_deviation;
         }
         is_other

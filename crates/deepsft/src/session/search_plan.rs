@@ -74,12 +74,10 @@ impl SearchPlan {
         }
     }
 
-    /// Whether some target is followed.
     pub(super) fn follows_some(&self) -> bool {
         self.targets.values().any(|searched| searched.followed.is_some())
     }
 
-    /// Whether some target is not followed.
     pub(super) fn misses_some(&self) -> bool {
         self.targets.values().any(|searched| searched.followed.is_none())
     }

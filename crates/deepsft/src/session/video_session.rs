@@ -15,7 +15,7 @@ use std::collections::BTreeMap;
 ///
 /// For each frame ask [`next`](Self::next) what it is for, put the question to finders if there is one ([`ask`](Self::ask)), and have it
 /// followed ([`frame`](Self::frame)). Hand in the answer ([`answer`](Self::answer)) whenever it is there, some frames later or at once.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Session {
     options: SessionOptions,
     targets: BTreeMap<TargetId, FollowedTarget>,
@@ -32,7 +32,6 @@ pub struct Session {
     last: Option<(f64, Camera)>,
 }
 
-/// A question that was asked about a frame.
 #[derive(Debug)]
 struct Asked {
     frame: u64,
@@ -54,14 +53,7 @@ impl Session {
     pub fn new(options: SessionOptions) -> Self {
         Self {
             options,
-            targets: BTreeMap::new(),
-            plan: SearchPlan::default(),
-            view: ViewChoice::default(),
-            focal: FocalSearch::default(),
-            asked: None,
-            took_s: 0.0,
-            number: 0,
-            last: None,
+            ..Self::default()
         }
     }
 
@@ -183,12 +175,10 @@ impl Session {
                 // All of one camera's images.
                 let picture = image.canonical(&nearest)?;
                 let found = target.calibrate(picture, &nearest, FocalSearch::steps_in(number))?;
-                let is_better = |found: &CalibratedCamera| {
-                    calibrated
-                        .as_ref()
-                        .is_none_or(|best| found.focal_deviation < best.focal_deviation)
-                };
-                calibrated = found.filter(is_better).or(calibrated);
+                calibrated = calibrated
+                    .into_iter()
+                    .chain(found)
+                    .min_by(|a, b| a.focal_deviation.total_cmp(&b.focal_deviation));
             }
         }
         Ok(FollowedFrame {

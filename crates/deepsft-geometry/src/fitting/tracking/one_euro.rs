@@ -67,12 +67,7 @@ impl OneEuro {
     /// and one with another number of vertices pass unchanged and start afresh.
     pub fn smooth(&mut self, time_s: f64, vertices: &mut [DVec3]) {
         let usable = |last: &State| last.vertices.len() == vertices.len() && time_s > last.time_s;
-        let Some(State {
-            time_s: before,
-            vertices: smooth,
-            velocities,
-        }) = self.last.as_mut().filter(|last| usable(last))
-        else {
+        let Some(last) = self.last.as_mut().filter(|last| usable(last)) else {
             self.last = Some(State {
                 time_s,
                 vertices: vertices.to_vec(),
@@ -80,10 +75,10 @@ impl OneEuro {
             });
             return;
         };
-        let step = time_s - *before;
-        *before = time_s;
+        let step = time_s - last.time_s;
+        last.time_s = time_s;
         let of_speed = fraction(self.options.speed_cutoff_hz, step);
-        for ((vertex, smooth), velocity) in vertices.iter_mut().zip(smooth).zip(velocities) {
+        for ((vertex, smooth), velocity) in vertices.iter_mut().zip(&mut last.vertices).zip(&mut last.velocities) {
             *velocity += of_speed * ((*vertex - *smooth) / step - *velocity);
             let cutoff = self.options.min_cutoff_hz + self.options.speed_coefficient * velocity.length();
             *smooth += fraction(cutoff, step) * (*vertex - *smooth);

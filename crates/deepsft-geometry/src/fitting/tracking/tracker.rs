@@ -18,7 +18,6 @@ use crate::mesh::Template;
 use crate::surface::Surface;
 use glam::DVec3;
 use std::collections::VecDeque;
-use std::sync::Arc;
 
 /// A frame and the coarse mesh in it, if it was followed there.
 #[derive(Debug)]
@@ -154,20 +153,19 @@ impl Tracker {
         let Some(vertices) = vertices else {
             return Ok(self.deny(frame));
         };
-        let camera = self.frames[index].camera;
         let start = Start::Mesh(vertices.to_vec());
-        let Some(start) = self.fitter.start(&start, &camera)? else {
+        let Some(start) = self.fitter.start(&start, &self.frames[index].camera)? else {
             return Ok(TrackUpdate::Ignored);
         };
         // After a search the image decides also where the two are near each other.
         let was_found = self.current.surface.is_some();
         let doubt = std::mem::take(&mut self.searched);
-        if was_found && doubt.is_none() && self.agrees(index, &start.measured, &camera) {
+        if was_found && doubt.is_none() && self.agrees(index, &start.measured) {
             return Ok(TrackUpdate::Confirmed);
         }
         // The candidate is followed with its own history, not with the misses of the track that it may replace.
         let missed = std::mem::take(&mut self.missed);
-        let candidate = self.caught_up(index, &start, &camera);
+        let candidate = self.caught_up(index, &start);
         let searched = std::mem::replace(&mut self.searched, doubt);
         self.missed = missed;
         let meshes = candidate?;
@@ -217,15 +215,16 @@ impl Tracker {
     }
 
     /// Whether the mesh in frame `index` shows four fifths of what is `measured` where it was measured.
-    fn agrees(&self, index: usize, measured: &[Measurement], camera: &Camera) -> bool {
-        let Some(mesh) = &self.frames[index].mesh else {
+    fn agrees(&self, index: usize, measured: &[Measurement]) -> bool {
+        let frame = &self.frames[index];
+        let Some(mesh) = &frame.mesh else {
             return false;
         };
         let coarse = &self.fitter.mesh_fitter.coarse;
         let distance = |m: &Measurement| {
             let point = coarse.locator.locate(m.uv)?;
             let position = point.position(coarse.mesh.faces(), &mesh.vertices);
-            Some(camera.project(position)?.distance(m.pixel))
+            Some(frame.camera.project(position)?.distance(m.pixel))
         };
         let mut distances: Vec<f64> = measured.iter().filter_map(distance).collect();
         let rank = distances.len() * 4 / 5;
@@ -237,15 +236,10 @@ impl Tracker {
     }
 
     /// The meshes of frame `index`, fitted from `start`, and of all frames since.
-    fn caught_up(
-        &mut self,
-        index: usize,
-        start: &CoarseStart<'_>,
-        camera: &Camera,
-    ) -> Result<Vec<Fitted>, GeometryError> {
-        let image = Arc::clone(&self.frames[index].image.0);
+    fn caught_up(&mut self, index: usize, start: &CoarseStart<'_>) -> Result<Vec<Fitted>, GeometryError> {
+        let frame = &self.frames[index];
         let blurs = self.fitter.options.blurs.clone();
-        let observation = Observation::new(&image.whole, camera)?;
+        let observation = Observation::new(&frame.image.0.whole, &frame.camera)?;
         let mut meshes = vec![self.fitter.fit(observation, start, &blurs)?];
         for later in index + 1..self.frames.len() {
             let last = &meshes[later - index - 1];

@@ -3,7 +3,6 @@
 use crate::image::{GreyImage, Picture};
 use std::sync::Arc;
 
-/// An image at two sizes.
 #[derive(Debug)]
 pub(super) struct HalvedPair {
     pub whole: GreyImage,

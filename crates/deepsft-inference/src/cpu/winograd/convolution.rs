@@ -30,7 +30,6 @@ const ROWS_PER_MATRIX: usize = 30;
 /// A convolution's filters at the points.
 #[derive(Debug)]
 pub(crate) struct Winograd {
-    /// Filters at each point.
     filters: Vec<PackedMatrix>,
     pub(crate) tiling: Tiling,
     /// Whether threads share the points.
@@ -101,7 +100,6 @@ impl Winograd {
         })
     }
 
-    /// Makes the output, `out`.
     pub(crate) fn run(&self, layer: LayerRun<'_>, scratches: &mut [Scratch], shared: &mut Scratch, out: &mut [f32]) {
         let tile_rows = 0..self.tiling.tile_rows();
         if self.is_shared {

@@ -24,7 +24,6 @@ pub(crate) struct Tiling {
 }
 
 impl Tiling {
-    /// Points of a tile.
     pub(crate) fn points(&self) -> usize {
         (self.tile + 2) * (self.tile + 2)
     }
@@ -50,7 +49,6 @@ impl Tiling {
         self.tile * self.factor
     }
 
-    /// Rows of tiles.
     pub(crate) fn tile_rows(&self) -> usize {
         (self.height + self.missing).div_ceil(self.rows_of_tile())
     }
