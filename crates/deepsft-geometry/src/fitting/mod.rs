@@ -6,7 +6,7 @@
 //! 1. [`measurements`]: registered points with depth; of maps away from edges and breaks.
 //! 2. From maps: rigid alignment, then a solve with reprojection, depth prior, isometry and bending. A mesh is there already.
 //! 3. Photo-consistency solves, coarse to fine. The mesh is drawn with its print; drawing and image are normalised locally,
-//!    so that light drops out; the mesh moves until they agree.
+//!    so that light drops out; the mesh moves until they agree. Where the margin is blank, its border is held to the paper's.
 //! 4. From a mesh, where the print is similar to itself, shifted or turned: the places that look alike are tried too, for matches
 //!    may have led to the wrong one.
 //! 5. On request: the same in close-ups, the part of the camera's own image around the sheet, at growing resolution.
