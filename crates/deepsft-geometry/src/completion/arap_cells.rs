@@ -1,6 +1,6 @@
 //! As-rigid-as-possible cells of a template.
 
-use super::arap_completion::CompletionEnergy;
+use super::report::CompletionEnergy;
 use crate::mesh::{TriangleMesh, nearest_rotation};
 use crate::solver::terms::cotangent;
 use glam::{DMat3, DQuat, DVec3};
