@@ -101,11 +101,12 @@ test("a screen reader is told a few sentences while the clip runs, not every fig
     const watch = (node, take) => new MutationObserver(take).observe(node, { childList: true, characterData: true, subtree: true });
     for (const node of live) watch(node, () => told.push(node.textContent));
     watch(document.querySelector("#state-text"), () => figures++);
-    await new Promise((resolve) => setTimeout(resolve, 8000));
+    // For eight seconds at least: a busy machine shows fewer frames in them.
+    const began = performance.now();
+    while (figures < 8 || performance.now() - began < 8000) await new Promise((resolve) => setTimeout(resolve, 100));
     return { told, figures };
   });
-  assert.ok(told.figures >= 8, `${told.figures} changes for the eye`);
-  assert.ok(told.told.length <= 4, JSON.stringify(told.told));
+  assert.ok(told.told.length <= 4, `${told.figures} changes for the eye; told: ${JSON.stringify(told.told)}`);
   assert.match(await page.textContent("#measures-said"), /away$/);
   assert.equal(await page.textContent("#state-said"), "Found");
   await demo.finish();
