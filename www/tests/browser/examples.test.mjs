@@ -53,6 +53,7 @@ const TESTS = {
   mesh: (page) => waitForColor(page, MINT, 500),
   async label(page) {
     await found(page);
+    await page.locator(".label").waitFor();
     const [label, canvas] = await Promise.all([".label", "canvas"].map((selector) => page.locator(selector).boundingBox()));
     // The balloon is in the middle of the poster's upper half, which is in the middle of the clip's picture.
     assert.ok(label.x > canvas.x + 200 && label.x + label.width < canvas.x + canvas.width - 100, JSON.stringify(label));
