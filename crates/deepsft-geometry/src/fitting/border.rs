@@ -76,7 +76,9 @@ impl<'a> Border<'a> {
                 continue;
             };
             let outwards = if across.dot(r - p) < 0.0 { across } else { -across };
-            let count = (p.distance(q) / STEP_PX).ceil();
+            // A mesh that has gone wild may have sides of any length.
+            let length = p.distance(q).min(camera.size().as_dvec2().length());
+            let count = (length / STEP_PX).ceil();
             asked += count as usize;
             for k in 0..count as usize {
                 let mut point = BorderPoint {
