@@ -6,7 +6,7 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
 
-import { SLOW_MS, launch, openDemo } from "../support/browser.mjs";
+import { DESKTOP, SLOW_MS, launch, openDemo } from "../support/browser.mjs";
 import { makeClip } from "../support/clips.mjs";
 import { cut } from "../support/pictures.mjs";
 import { y4m } from "../support/y4m.mjs";
@@ -36,7 +36,7 @@ after(() => rm(folder, { recursive: true, force: true }));
 test("the page finds the focal length of a camera from the moving sheet, says how sure it is, keeps it, and forgets it when told to", { timeout: SLOW_MS }, async (t) => {
   const browser = await launch({ camera: cameraFile });
   try {
-    const demo = await openDemo(browser, { query: "?device=cpu", permissions: ["camera"] });
+    const demo = await openDemo(browser, { device: DESKTOP, query: "?device=cpu", permissions: ["camera"] });
     const { page } = demo;
     const cameras = async () => {
       await page.evaluate(() => {

@@ -22,10 +22,8 @@ const WEBGPU_FLAGS = /webgpu/i;
 /** A software GPU on a machine that does other things takes seconds for a frame, and longer for the first. */
 export const SLOW_MS = 600_000;
 
-export const DESKTOP = { viewport: { width: 1280, height: 800 } };
-export const PHONE = { viewport: { width: 390, height: 844 }, deviceScaleFactor: 1.5, isMobile: true, hasTouch: true };
-/** About as small as the layout of a desktop allows: on a machine without a GPU the processor draws it. */
-const WINDOW = { viewport: { width: 840, height: 580 } };
+export const DESKTOP = { viewport: { width: 1440, height: 900 } };
+export const PHONE = { viewport: { width: 390, height: 844 }, deviceScaleFactor: 2, isMobile: true, hasTouch: true };
 
 const SCREENSHOTS = join(WWW, "tests", "screenshots");
 
@@ -96,7 +94,7 @@ export async function launchWithProfile(folder, { webgpu, camera, ...context }) 
  *
  * @param {import("playwright-core").Browser} browser
  * @param {object} [options]
- * @param {object} [options.device] DESKTOP or PHONE; a small window without
+ * @param {object} [options.device] DESKTOP or PHONE
  * @param {string} [options.query] such as "?device=cpu"
  * @param {Record<string, string>} [options.folders] that are served, in place of the development server's
  * @param {string} [options.path] where the page is in them
@@ -106,7 +104,7 @@ export async function launchWithProfile(folder, { webgpu, camera, ...context }) 
  */
 export async function openDemo(
   browser,
-  { device = WINDOW, query = "", folders, path = "/", permissions = [], expectedErrors = [], prepare } = {},
+  { device = DESKTOP, query = "", folders, path = "/", permissions = [], expectedErrors = [], prepare } = {},
 ) {
   const server = await serve({ folders });
   const context = await browser.newContext({ ...device, permissions });
