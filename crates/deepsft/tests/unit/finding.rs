@@ -140,7 +140,7 @@ fn in_an_upright_image_the_same_is_found_upright() {
         .zip(&vertices)
         .map(|(p, q)| (DVec3::new(p.y, -p.x, p.z) - *q).length_squared());
     let rms = (apart.sum::<f64>() / vertices.len() as f64).sqrt();
-    // The fit ends in a place that small changes move.
+    // Both end in a wrong bend, which small changes move.
     assert!(rms < 3.0, "{rms} mm");
 }
 
