@@ -1,6 +1,7 @@
 //! The coarse mesh of one frame: where every fit and every track starts.
 
-use super::isometric_mesh::IsometricMesh;
+use super::differential::differential_depths;
+use super::isometric_mesh::{IsometricMesh, Stiffness};
 use super::measurements::{Measurement, measurements, measurements_of_mesh};
 use super::mesh_fitter::{FitRound, Fitted, MeshFitter, check_blurs};
 use super::observation::Observation;
@@ -22,6 +23,15 @@ const JUDGED_BLUR_PX: f32 = 0.7;
 
 /// Correlation of image and print from which a first try is not followed by a second.
 const CONFIRMED: f64 = 0.8;
+
+/// Blur of the first round in which the sheet may stretch, pixels: what a wrong bend has moved is far off.
+const FREE_BLUR_PX: f32 = 6.0;
+
+/// Confidence of a vertex from which its registration tells a depth.
+const TELLING: f32 = 0.6;
+
+/// Times that another bend is tried: what one has brought near, the next uses.
+const MAX_BENDS: usize = 4;
 
 /// Solver steps without the image, for each stiffness.
 const CONTINUATION_STEPS: usize = 12;
@@ -52,6 +62,19 @@ impl CoarseStart<'_> {
         }
     }
 }
+
+/// How many independent measurements those of a start are worth together.
+#[derive(Clone, Copy)]
+pub(crate) struct Worth {
+    pub(crate) registrations: f64,
+    pub(crate) depths: f64,
+}
+
+/// Worth of depths that derivatives of the registration tell: nothing but they holds the new bend.
+const DIFFERENTIAL: Worth = Worth {
+    registrations: 400.0,
+    depths: 450.0,
+};
 
 /// Fits one template's coarse mesh to frames.
 #[derive(Debug)]
@@ -107,7 +130,10 @@ impl CoarseFitter {
         if let Some(mesh) = &from.mesh {
             return Ok(mesh.clone());
         }
-        let trust = self.options.continuation_registrations;
+        let trust = Worth {
+            registrations: self.options.continuation_registrations,
+            ..self.worth()
+        };
         let coarse = &self.mesh_fitter.coarse;
         let (reprojection, depth) = self.measured_terms(coarse, &from.measured, camera, trust, |_| 1.0)?;
         self.continued(from, camera, &[&reprojection, &depth])
@@ -126,9 +152,9 @@ impl CoarseFitter {
         coarse.solve_by_continuation(terms, start, CONTINUATION_STEPS)
     }
 
-    /// Fits the coarse mesh to the measurements and to the image. Where the image does not confirm the whole of it, a
-    /// second try begins with less trust in the registration, whose errors then bend the mesh less. The try that the image
-    /// confirms over more of the print is kept.
+    /// Fits the coarse mesh to the measurements and to the image, then tries other starts, of which the image keeps what it confirms more:
+    /// the bend that derivatives of the registration tell, for isometry holds a wrong bend as fast as the right one; and, where the image
+    /// does not confirm the whole, less trust in the measured registration, whose errors then bend the mesh less.
     pub(crate) fn fit(
         &mut self,
         observation: Observation<'_>,
@@ -136,21 +162,68 @@ impl CoarseFitter {
         blurs: &[f32],
     ) -> Result<Fitted, GeometryError> {
         let camera = observation.camera;
-        let worth = self.options.independent_registrations;
         let coarse = &self.mesh_fitter.coarse;
-        let (reprojection, depth) = self.measured_terms(coarse, &from.measured, camera, worth, |_| 1.0)?;
+        let (reprojection, depth) = self.measured_terms(coarse, &from.measured, camera, self.worth(), |_| 1.0)?;
         let priors: [&dyn Energy; 2] = [&reprojection, &depth];
         let start = self.initial_mesh(from, camera)?;
-        let first = self.fitted_from(observation, from.mask, start, blurs, &priors)?;
-        if first.correlation.whole >= CONFIRMED || from.is_moved {
-            return Ok(first);
+        let mut best = self.fitted_from(observation, from.mask, start, blurs, &priors)?;
+        if from.is_moved {
+            return Ok(best);
+        }
+        for _ in 0..MAX_BENDS {
+            let Some(other) = self.fitted_by_derivatives(observation, from.mask, &best, blurs)? else {
+                break;
+            };
+            let is_better = other.confirms_more_than(&best);
+            best = best.or_better(other);
+            if !is_better {
+                break;
+            }
+        }
+        if best.correlation.whole >= CONFIRMED {
+            return Ok(best);
         }
         let start = self.continued(from, camera, &priors)?;
         let second = self.fitted_from(observation, from.mask, start, blurs, &priors)?;
-        let iterations = first.iterations + second.iterations;
-        let is_better = second.correlation.confirmed_evidence() > first.correlation.confirmed_evidence();
-        let better = if is_better { second } else { first };
-        Ok(Fitted { iterations, ..better })
+        Ok(best.or_better(second))
+    }
+
+    /// The fit from where differential Shape-from-Template puts the registration of `found`, after that has settled in the image without
+    /// isometry. `None` where too little of the image confirms it.
+    fn fitted_by_derivatives(
+        &mut self,
+        observation: Observation<'_>,
+        mask: Option<&Maps>,
+        found: &Fitted,
+        blurs: &[f32],
+    ) -> Result<Option<Fitted>, GeometryError> {
+        let camera = observation.camera;
+        let mut free = found.clone();
+        for &blur in [FREE_BLUR_PX].iter().chain(blurs) {
+            let round = FitRound {
+                mask,
+                border: true,
+                stiffness: Stiffness::FREE,
+                ..FitRound::new(blur, self.options.steps)
+            };
+            free = self.mesh_fitter.round(observation, &free.vertices, &round, &[])?;
+        }
+        let coarse = &self.mesh_fitter.coarse;
+        let depths = differential_depths(&coarse.mesh, &free.vertices, camera);
+        let told = depths.into_iter().zip(&free.correlation.confidence);
+        let measured: Vec<_> = told.filter_map(|(m, c)| m.filter(|_| *c >= TELLING)).collect();
+        if measured.len() < MIN_MEASUREMENTS {
+            return Ok(None);
+        }
+        let (reprojection, depth) = self.measured_terms(coarse, &measured, camera, DIFFERENTIAL, |_| 1.0)?;
+        let start = self.aligned(&measured, camera);
+        let coarse = &mut self.mesh_fitter.coarse;
+        let start = coarse.solve_by_continuation(&[&reprojection, &depth], start, CONTINUATION_STEPS)?;
+        let coarse = &self.mesh_fitter.coarse;
+        let measured = measurements_of_mesh(&coarse.mesh, &start, camera);
+        let (reprojection, depth) = self.measured_terms(coarse, &measured, camera, self.worth(), |_| 1.0)?;
+        let fitted = self.fitted_from(observation, mask, start, blurs, &[&reprojection, &depth])?;
+        Ok(Some(fitted))
     }
 
     /// The photo-consistency rounds of the coarse mesh from `vertices`.
@@ -176,14 +249,21 @@ impl CoarseFitter {
         Ok(fitted)
     }
 
-    /// The terms that the finder's maps give, the registrations worth `independent` measurements together, each of them
-    /// weighted by `hold`.
+    /// What a start's measurements are worth beside the image.
+    pub(crate) fn worth(&self) -> Worth {
+        Worth {
+            registrations: self.options.independent_registrations,
+            depths: self.options.independent_depths,
+        }
+    }
+
+    /// The terms that measurements give, each registration weighted by `hold`.
     pub(crate) fn measured_terms(
         &self,
         isometric: &IsometricMesh,
         measured: &[Measurement],
         camera: &Camera,
-        independent: f64,
+        worth: Worth,
         hold: impl Fn(&SurfacePoint) -> f64,
     ) -> Result<(Reprojection, DepthPrior), GeometryError> {
         let mesh = &isometric.mesh;
@@ -193,7 +273,7 @@ impl CoarseFitter {
             .collect();
         let count = located.len().max(1) as f64;
         let deviation = self.options.registration_deviation_px;
-        let weight = independent / count / (deviation * deviation);
+        let weight = worth.registrations / count / (deviation * deviation);
         let image_point = |&(point, m): &(SurfacePoint, &Measurement)| ImagePoint {
             point,
             pixel: m.pixel,
@@ -207,7 +287,7 @@ impl CoarseFitter {
             deviation: self.options.depth_deviation * m.depth_mm,
         };
         let depths: Vec<PointDepth> = located.iter().map(point_depth).collect();
-        let weight = self.options.independent_depths / count;
+        let weight = worth.depths / count;
         let depths = DepthPrior::new(mesh, &depths, weight, Robust::Cauchy(2.0))?;
         Ok((reprojection, depths))
     }

@@ -94,7 +94,7 @@ impl FrameFitter {
         let mut vertices = self.coarse.mesh_fitter.fine_vertices(&found.vertices);
         let mut correlation = found.correlation;
         if let Some(blur) = last {
-            let worth = self.coarse.options.independent_registrations;
+            let worth = self.coarse.worth();
             // What the image confirms of a network's maps is left to the image. The whole surface that matches give is one
             // of right lengths already: letting go of it costs accuracy in depth.
             let confidence = self.coarse.mesh_fitter.fine_confidence(&correlation.confidence);
@@ -142,7 +142,7 @@ impl FrameFitter {
         check_start(&surface.vertices_camera, fine.mesh.vertices().len())?;
         // What the image shows nothing of stays about where it was.
         let measured = measurements_of_mesh(&fine.mesh, &surface.vertices_camera, &surface.camera);
-        let worth = self.coarse.options.independent_registrations;
+        let worth = self.coarse.worth();
         let (reprojection, depth) = self
             .coarse
             .measured_terms(fine, &measured, &surface.camera, worth, |_| 1.0)?;

@@ -5,9 +5,9 @@ use crate::mesh::{SurfaceLocator, TriangleMesh};
 use crate::solver::{Bending, Energy, Isometry, MeshSolver, Solution, SolveOptions};
 use glam::DVec3;
 
-/// Fractions of the weight of isometry: of crumpled paper, whose cells shrink, of folded paper, and of a smooth sheet. A mesh far from
-/// its place is solved with all in turn, by continuation.
-const STIFFNESSES: [f64; 3] = [0.01, 0.1, 1.0];
+/// Fractions of the weight of isometry: of a sheet that stretches as the image wants it, of crumpled paper, whose cells shrink, of folded
+/// paper, and of a smooth sheet. A mesh far from its place is solved with the last three in turn, by continuation.
+const STIFFNESSES: [f64; 4] = [1e-4, 0.01, 0.1, 1.0];
 
 /// Which fraction of the weight of isometry a mesh is solved with, an index of the list above.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,9 +17,12 @@ impl Stiffness {
     /// The whole weight.
     pub(crate) const WHOLE: Self = Self(STIFFNESSES.len() - 1);
 
-    /// All, the stiffest first.
+    /// Hardly any: what a mesh shows in the image is then its registration and nothing else.
+    pub(crate) const FREE: Self = Self(0);
+
+    /// Those of paper, the stiffest first.
     pub(crate) fn from_stiff_to_soft() -> impl Iterator<Item = Self> {
-        (0..STIFFNESSES.len()).rev().map(Self)
+        (1..STIFFNESSES.len()).rev().map(Self)
     }
 }
 
@@ -37,7 +40,7 @@ pub struct IsometricMesh {
     /// Sides that are the border: two vertices, and the third of their face.
     pub(super) border: Vec<[usize; 3]>,
     /// Stiffer from one to the next, the last with the whole weight.
-    isometry: [Isometry; 3],
+    isometry: [Isometry; 4],
     bending: Bending,
     solver: MeshSolver,
 }
@@ -56,8 +59,13 @@ impl IsometricMesh {
     ) -> Result<Self, GeometryError> {
         let weight = isometry * reference.edges().len() as f64 / mesh.edges().len().max(1) as f64;
         let stiffness = |fraction: f64| Isometry::new(&mesh, fraction * weight);
-        let [soft, medium, stiff] = STIFFNESSES;
-        let isometry = [stiffness(soft)?, stiffness(medium)?, stiffness(stiff)?];
+        let [free, soft, medium, stiff] = STIFFNESSES;
+        let isometry = [
+            stiffness(free)?,
+            stiffness(soft)?,
+            stiffness(medium)?,
+            stiffness(stiff)?,
+        ];
         let bending = Bending::new(&mesh, bending)?;
         Ok(Self {
             solver: MeshSolver::new(&mesh, &[&isometry[0], &bending])?,
@@ -94,7 +102,7 @@ impl IsometricMesh {
         mut vertices: Vec<DVec3>,
         steps: usize,
     ) -> Result<Vec<DVec3>, GeometryError> {
-        for stiffness in 0..self.isometry.len() {
+        for stiffness in 1..self.isometry.len() {
             vertices = self
                 .solve_with(Stiffness(stiffness), terms, &vertices, steps, false)?
                 .vertices;

@@ -134,6 +134,21 @@ impl Fitted {
     }
 }
 
+impl Fitted {
+    /// Whether the image confirms more of it than of `other`.
+    pub(crate) fn confirms_more_than(&self, other: &Self) -> bool {
+        let (own, other) = (&self.correlation, &other.correlation);
+        own.confirmed_evidence() > other.confirmed_evidence() && own.whole > other.whole
+    }
+
+    /// This or `other`, whichever the image confirms more, with the steps of both.
+    pub(crate) fn or_better(self, other: Self) -> Self {
+        let iterations = self.iterations + other.iterations;
+        let better = if other.confirms_more_than(&self) { other } else { self };
+        Self { iterations, ..better }
+    }
+}
+
 /// Refuses a list of rounds that is empty or has a blur that is none.
 pub(crate) fn check_blurs(blurs: &[f32]) -> Result<(), GeometryError> {
     let wrong = |blur: &&f32| !(blur.is_finite() && **blur >= 0.0);

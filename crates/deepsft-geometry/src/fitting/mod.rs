@@ -7,15 +7,18 @@
 //! 2. From maps: rigid alignment, then a solve with reprojection, depth prior, isometry and bending. A mesh is there already.
 //! 3. Photo-consistency solves, coarse to fine. The mesh is drawn with its print; drawing and image are normalised locally,
 //!    so that light drops out; the mesh moves until they agree. Where the margin is blank, its border is held to the paper's.
-//! 4. From a mesh, where the print is similar to itself, shifted or turned: the places that look alike are tried too, for matches
+//! 4. Again from another bend: a sheet that may stretch tells the registration, whose derivatives tell depth without a guess (differential
+//!    Shape-from-Template). What the image confirms more is kept.
+//! 5. From a mesh, where the print is similar to itself, shifted or turned: the places that look alike are tried too, for matches
 //!    may have led to the wrong one.
-//! 5. On request: the same in close-ups, the part of the camera's own image around the sheet, at growing resolution.
-//! 6. The verdict: how far the image shows the print where the mesh puts it.
+//! 6. On request: the same in close-ups, the part of the camera's own image around the sheet, at growing resolution.
+//! 7. The verdict: how far the image shows the print where the mesh puts it.
 
 mod border;
 mod close_up;
 mod coarse_fitter;
 mod correlation;
+mod differential;
 mod frame_fitter;
 mod grid_interpolation;
 mod isometric_mesh;
