@@ -82,7 +82,7 @@ function meanOver({ width, height, channels = 3, values }) {
 }
 
 /** Whether a frame of the film comes long enough after the covered ones for the sheet to be found again. */
-const isFollowed = (film) => film >= 12 && film < 2 * FRAMES;
+const isFollowed = (film) => film >= 18 && film < 2 * FRAMES;
 
 /**
  * Opens an example before the camera, and gives pictures of it with the frame of the film that each shows.
