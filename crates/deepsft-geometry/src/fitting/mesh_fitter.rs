@@ -132,9 +132,7 @@ impl Fitted {
             energy: f64::INFINITY,
         }
     }
-}
 
-impl Fitted {
     /// Whether the image confirms more of it than of `other`.
     pub(crate) fn confirms_more_than(&self, other: &Self) -> bool {
         let (own, other) = (&self.correlation, &other.correlation);
