@@ -86,16 +86,21 @@ test("where the processor draws, each frame is one pass over the box of its mesh
         ...{ attributes: true, childList: true, subtree: true },
       });
     });
-    await hasFrames(page, FRAMES);
+    // Where the sheet is lost nothing is drawn: a busy machine loses it now and then.
+    await page.waitForFunction((most) => globalThis.drawn.frames >= most && globalThis.drawn.passes >= most / 2, FRAMES);
     const { drawn, written } = await page.evaluate(() => ({ drawn: { ...globalThis.drawn }, written: globalThis.written }));
     assert.equal(drawn.animated + drawn.beside, 0);
     assert.ok(drawn.still <= drawn.frames + 1, JSON.stringify(drawn));
     // The frame itself never goes through WebGL, nor a picture of the light.
-    assert.ok(drawn.passes > 0 && drawn.passes <= drawn.frames + 1, JSON.stringify(drawn));
+    assert.ok(drawn.passes <= drawn.frames + 1, JSON.stringify(drawn));
     assert.equal(drawn.uploads, 0);
-    const drawnBox = await page.evaluate(() => document.querySelector("#stage").getBoundingClientRect().toJSON());
+    const boxHandle = await page.waitForFunction(() => {
+      const box = document.querySelector("#stage").getBoundingClientRect();
+      return box.width > 0 && box.toJSON();
+    });
+    const drawnBox = await boxHandle.jsonValue();
     // How near the sheet is depends on where in the clip a busy machine has come to.
-    assert.ok(drawnBox.width > 0 && drawnBox.width * drawnBox.height < 0.85 * SMALL.viewport.width * SMALL.viewport.height, JSON.stringify(drawnBox));
+    assert.ok(drawnBox.width * drawnBox.height < 0.85 * SMALL.viewport.width * SMALL.viewport.height, JSON.stringify(drawnBox));
     assert.equal(written, 0);
     await page.click('[data-overlay="depth"]');
     await page.waitForFunction(() => globalThis.written > 1 && document.querySelectorAll("#scale-ticks span").length > 0);

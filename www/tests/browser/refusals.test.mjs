@@ -99,6 +99,8 @@ test("without WebGPU the CPU does the work and the page says why", { timeout: SL
     assert.match(await page.textContent("#fallback"), /WebGPU/);
     assert.match(await page.textContent("#notice-text"), /^Running on the CPU\. /);
     await screenshot("desktop-no-webgpu");
+    // In a window in which the figures lie where the notice does.
+    await page.setViewportSize({ width: 840, height: 580 });
     await page.click("#notice-close");
     assert.equal(await page.isVisible("#notice"), false);
   }),

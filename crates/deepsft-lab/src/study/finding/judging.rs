@@ -7,7 +7,8 @@ use anyhow::Result;
 use deepsft::{Finder, View};
 use deepsft_geometry::fitting::{FitOptions, FrameFitter, Start};
 use deepsft_geometry::raster::VisibleSurface;
-use deepsft_geometry::{Camera, CanonicalWarp, Maps, Picture, Verdict, training_camera};
+use deepsft_geometry::glam::DVec3;
+use deepsft_geometry::{Camera, CanonicalWarp, Maps, Picture, Verdict, metrics, training_camera};
 use deepsft_synth::{SynthConfig, Synthesizer, canonical_truth};
 use serde::Serialize;
 
@@ -25,6 +26,9 @@ pub struct Attempt {
     /// has a registration.
     pub start_px: Option<f64>,
     pub fitted_px: Option<f64>,
+    /// Root mean square distances of the fitted surface from the true one, mm: over the visible points, over all vertices.
+    pub points_rmse_mm: Option<f64>,
+    pub vertices_rmse_mm: Option<f64>,
     /// Whether the fit counts as found. Its correlation with the image, the fraction of the print that the image confirms, and
     /// its size in pixels; 0 without a fit.
     pub is_found: bool,
@@ -118,7 +122,7 @@ impl<'a> Studied<'a> {
         let synthesizer = if shown { &self.shown } else { &self.another };
         let sample = synthesizer.sample(seed, index);
         let truth = shown.then(|| canonical_truth(&sample, self.print.template.mesh(), &self.canonical));
-        let attempts = self.attempts(&sample.image, truth.as_ref())?;
+        let attempts = self.attempts(&sample.image, truth.as_ref().map(|maps| (maps, &sample.vertices_camera[..])))?;
         let visible = truth
             .iter()
             .flat_map(|maps| maps.depth().iter())
@@ -136,13 +140,13 @@ impl<'a> Studied<'a> {
         Ok((result, sample.image))
     }
 
-    fn attempts(&mut self, image: &Picture, truth: Option<&Maps>) -> Result<Vec<Attempt>> {
+    fn attempts(&mut self, image: &Picture, truth: Option<(&Maps, &[DVec3])>) -> Result<Vec<Attempt>> {
         let canonical = CanonicalWarp::new(&self.camera, &self.canonical).apply(image)?;
         let mut attempts = Vec::new();
         for (way, finder) in &mut self.finders {
             let found = way.find(finder, View::new(image, &self.camera), &self.canonical)?;
             let mesh = self.print.template.mesh();
-            let error = |maps: &Maps| error_px(maps, truth?, self.print, &self.canonical);
+            let error = |maps: &Maps| error_px(maps, truth?.0, self.print, &self.canonical);
             let start_px = found.start.as_ref().and_then(|start| match start {
                 Start::Maps(maps) => error(maps),
                 Start::Mesh(vertices) => error(&VisibleSurface::new(mesh, vertices, &self.canonical).maps()),
@@ -155,12 +159,19 @@ impl<'a> Studied<'a> {
             let fit = fit.map(|surface| self.fitter.fit_close_ups(image, &self.camera, surface));
             let fit = fit.transpose()?;
             let fit_ms = stopwatch.ms();
+            let maps = fit.as_ref().map(|surface| surface.maps(mesh));
+            let size_mm = self.print.template.size_mm();
+            let points = maps.as_ref().zip(truth);
+            let points = points.map(|(maps, (truth, _))| metrics::frame_metrics(maps, truth, &self.canonical, size_mm));
+            let vertices = fit.as_ref().zip(truth);
             let verdict = fit.as_ref().map_or_else(Verdict::default, |surface| surface.verdict);
             attempts.push(Attempt {
                 finder: way.kind().name(),
                 started: found.start.is_some(),
                 start_px,
-                fitted_px: fit.as_ref().and_then(|surface| error(&surface.maps(mesh))),
+                fitted_px: maps.as_ref().and_then(error),
+                points_rmse_mm: points.transpose()?.and_then(|metrics| metrics.points_rmse_mm),
+                vertices_rmse_mm: vertices.and_then(|(fit, (_, truth))| distance_rmse(&fit.vertices_camera, truth)),
                 is_found: verdict.is_found(),
                 ambiguity: verdict.ambiguity,
                 correlation: verdict.correlation,
@@ -187,6 +198,12 @@ fn frames_config() -> Result<(Camera, SynthConfig)> {
         ..default
     };
     Ok((camera, config))
+}
+
+/// Root mean square distance of two lists of points; `None` of nothing.
+fn distance_rmse(points: &[DVec3], truth: &[DVec3]) -> Option<f64> {
+    let squares = points.iter().zip(truth).map(|(a, b)| Some(a.distance_squared(*b)));
+    metrics::Summary::of(squares).map(|squares| squares.mean.sqrt())
 }
 
 /// Median distance of a registration from the true one over the visible sheet, pixels; `None` when most of it has none.

@@ -29,6 +29,14 @@ pub fn print(results: &[FrameResult]) {
         "found: the image confirms enough of the visible print; right: and it is within {FITTED_PX} px; off: and it is not."
     );
     println!();
+    println!("right sheets, median and 95th percentile    registration, px    visible points, mm    vertices, mm");
+    for &finder in &finders {
+        for &kind in Kind::value_variants().iter().chain(&[Kind::OfModel]) {
+            errors(kind.name(), finder, results.iter().filter(|r| r.kind == kind));
+        }
+        errors("the first three", finder, results.iter().filter(|r| main(r.kind)));
+    }
+    println!();
     println!("medians, ms     features   find    fit");
     for finder in finders {
         let attempts = || {
@@ -45,6 +53,28 @@ pub fn print(results: &[FrameResult]) {
             );
         }
     }
+}
+
+/// Prints the errors of what is found and right.
+fn errors<'a>(prints: &str, finder: &str, results: impl Iterator<Item = &'a FrameResult>) {
+    let attempts = results.filter(|r| r.shown).filter_map(|r| attempt_of(r, finder));
+    let right: Vec<_> = attempts.filter(|a| a.is_found && a.is_fitted()).collect();
+    if right.is_empty() {
+        return;
+    }
+    let of = |error: fn(&Attempt) -> Option<f64>| {
+        let mut errors: Vec<f64> = right.iter().filter_map(|a| error(a)).collect();
+        errors.sort_unstable_by(f64::total_cmp);
+        let at = |fraction: f64| errors[((fraction * errors.len() as f64).ceil() as usize).max(1) - 1];
+        format!("{:10.2} {:8.2}", at(0.5), at(0.95))
+    };
+    println!(
+        "{prints:15} {finder:12} {:6}        {} {} {}",
+        right.len(),
+        of(|a| a.fitted_px),
+        of(|a| a.points_rmse_mm),
+        of(|a| a.vertices_rmse_mm)
+    );
 }
 
 fn attempt_of<'a>(result: &'a FrameResult, finder: &str) -> Option<&'a Attempt> {
