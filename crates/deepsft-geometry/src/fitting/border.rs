@@ -2,7 +2,7 @@
 
 use super::print::Print;
 use crate::camera::Camera;
-use crate::image::GreyImage;
+use crate::image::{GreyImage, Region};
 use crate::maps::raster::VisibleSurface;
 use crate::solver::{Energy, ResidualSink, Robust};
 use glam::{DVec2, DVec3};
@@ -57,13 +57,13 @@ impl BorderPoint {
 }
 
 impl<'a> Border<'a> {
-    /// Looks for the paper's end in `grey` along `sides`, two vertices each and one of the sheet beside them, of the mesh at `vertices`.
+    /// Looks for the paper's end in the image `seen`, where it shows anything, along `sides`, two vertices each and one of the sheet beside them, of the mesh at `vertices`.
     pub(super) fn new(
         sides: &[[usize; 3]],
         vertices: &[DVec3],
         surface: &'a VisibleSurface,
         print: &Print,
-        grey: &GreyImage,
+        seen: (&GreyImage, &Region),
         detail: f64,
     ) -> Self {
         let camera = surface.camera();
@@ -89,7 +89,7 @@ impl<'a> Border<'a> {
                 };
                 let position = point.position(vertices);
                 let Some(at) = camera.project(position) else { continue };
-                if let Some(way) = paper_end(surface, print, grey, (at, outwards, position.z)) {
+                if let Some(way) = paper_end(surface, print, seen, (at, outwards, position.z)) {
                     point.place = at.dot(outwards) + way;
                     points.push(point);
                 }
@@ -108,10 +108,14 @@ impl<'a> Border<'a> {
 fn paper_end(
     surface: &VisibleSurface,
     print: &Print,
-    grey: &GreyImage,
+    (grey, shown): (&GreyImage, &Region),
     (at, outwards, depth): (DVec2, DVec2, f64),
 ) -> Option<f64> {
-    let seen = |way: f64| grey.sample(at + way * outwards);
+    let seen = |way: f64| {
+        let at = at + way * outwards;
+        shown.index(at.x as usize, at.y as usize)?;
+        grey.sample(at)
+    };
     let printed = |way: i32| {
         let at = at + f64::from(way) * outwards;
         let pixel = surface.region().index(at.x as usize, at.y as usize)?;

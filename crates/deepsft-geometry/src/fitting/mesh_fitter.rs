@@ -9,7 +9,7 @@ use super::options::FitOptions;
 use super::print::{Drawing, Print};
 use super::rigid_fit::rigid_fit;
 use crate::error::GeometryError;
-use crate::image::ContrastNormalizer;
+use crate::image::{ContrastNormalizer, Region};
 use crate::maps::Maps;
 use crate::maps::raster::VisibleSurface;
 use crate::mesh::{Template, TriangleMesh};
@@ -230,17 +230,18 @@ impl MeshFitter {
             Resolution::Coarse => &mut self.coarse,
         };
         let surface = VisibleSurface::new(&isometric.mesh, start, camera);
+        let shown = Region::shown(grey);
         let border = ContrastNormalizer::reach(round.blur);
         let mut drawing = Drawing::new(
             print,
             &surface,
-            round.mask,
+            (&shown, round.mask),
             (border, round.margin),
             Some(round.point_step),
         );
         let mask = std::mem::take(&mut drawing.mask);
         let normalizer = ContrastNormalizer::new(mask, drawing.region, camera.size(), round.blur, round.window);
-        let image = normalizer.normalize(drawing.region.of(grey));
+        let image = normalizer.normalize(drawing.region.of(grey)).shown_in(shown);
         let points = drawing.points(&normalizer.normalize(drawing.print.iter().copied()));
         let faces = isometric.mesh.faces();
         let holds = |p: &&TexturePoint| {
@@ -260,7 +261,7 @@ impl MeshFitter {
         let mut terms: Vec<&dyn Energy> = vec![&photo_consistency];
         let border = round
             .border
-            .then(|| Border::new(&isometric.border, start, &surface, print, grey, round.detail));
+            .then(|| Border::new(&isometric.border, start, &surface, print, (grey, &shown), round.detail));
         terms.extend(border.iter().map(|border| border as &dyn Energy));
         terms.extend(priors);
         let solution = isometric.solve_with(round.stiffness, &terms, &vertices, round.steps, round.is_near)?;

@@ -48,19 +48,20 @@ pub(crate) struct Drawing {
 }
 
 impl Drawing {
-    /// Draws the front of `surface` and `border` pixels around it; only pixels in the mask of `seen` may be compared, if it is given.
+    /// Draws the front of `surface` and `border` pixels around it, as far as the image is `shown`; only pixels in the mask of `seen` may be
+    /// compared, if it is given.
     /// Those within `margin` pixels of others are left out: there a mesh that is a little off would be compared with what
     /// lies beside the object, and creep out over it. Points stand `step` pixels apart; without it there are none.
     pub(crate) fn new(
         print: &Print,
         surface: &VisibleSurface,
-        seen: Option<&Maps>,
+        (shown, seen): (&Region, Option<&Maps>),
         (border, margin): (usize, usize),
         step: Option<usize>,
     ) -> Self {
         let camera = surface.camera();
         // The pixel beside the mesh's region says that there the mesh ends.
-        let region = surface.region().grown(border.max(1), camera.size());
+        let region = surface.region().grown(border.max(1), shown);
         let is_seen = |column: usize, row: usize| seen.is_none_or(|maps| maps.inside(row * maps.size().width + column));
         let mut mask = vec![0.0; region.area()];
         for (column, row, ..) in surface.front() {
@@ -127,7 +128,8 @@ mod tests {
         let mut seen = surface.maps();
         (0..270).for_each(|y| (0..=10).for_each(|x| seen.clear(480 * y + x)));
         let drawn = |border: usize| {
-            let drawing = Drawing::new(&print, &surface, Some(&seen), (border, 3), Some(3));
+            let whole = Region::whole(camera.size());
+            let drawing = Drawing::new(&print, &surface, (&whole, Some(&seen)), (border, 3), Some(3));
             let normalizer = ContrastNormalizer::new(drawing.mask.clone(), drawing.region, camera.size(), blur, 8.0);
             let image = normalizer.normalize(drawing.region.of(&grey));
             let points = drawing.points(&normalizer.normalize(drawing.print.iter().copied()));

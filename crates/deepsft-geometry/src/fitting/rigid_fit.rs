@@ -34,7 +34,7 @@ pub(crate) fn rigid_fit(
             let Some(pixel) = camera.project(place(rotation, translation, p)) else {
                 return f64::INFINITY;
             };
-            let residual = image.sample(pixel).map_or(1.0, |(seen, _)| seen - printed);
+            let residual = image.sample_continued(pixel).map_or(1.0, |(seen, _)| seen - printed);
             residual * residual
         };
         robust.sum(points.iter().map(square))
@@ -48,7 +48,7 @@ pub(crate) fn rigid_fit(
             let Some((pixel, [dx, dy])) = camera.project_with_gradients(position) else {
                 continue;
             };
-            let Some((seen, slope)) = image.sample(pixel) else {
+            let Some((seen, slope)) = image.sample_continued(pixel) else {
                 continue;
             };
             let residual = seen - printed;

@@ -15,6 +15,10 @@ const WINDOW_SIGMAS: f32 = 3.0;
 /// Taken off grey values before they are squared, so that rounding does not spoil the deviation.
 const MIDDLE_LEVEL: f32 = 128.0;
 
+/// How far a picture goes on beyond its edge, and how far before its last pixel centres it is sampled for that, pixels.
+const CONTINUED_PX: f64 = 8.0;
+const EDGE: f64 = 1e-6;
+
 /// Fraction of a blurred neighbourhood that must be seen for a value to exist.
 const MIN_SUPPORT: f32 = 0.02;
 
@@ -23,6 +27,8 @@ const MIN_SUPPORT: f32 = 0.02;
 #[derive(Clone, Debug)]
 pub struct ContrastNormalizedImage {
     size: ImageSize,
+    /// Centres of the first and the last pixel that show anything, less half a pixel.
+    shown: [DVec2; 2],
     /// The part of the picture that has values; elsewhere they are 0.
     region: Region,
     values: Vec<f32>,
@@ -39,6 +45,14 @@ impl ContrastNormalizedImage {
             .normalize(grey.values.into_iter())
     }
 
+    /// Says that the picture shows nothing outside of `shown`: that lies beyond its edge.
+    pub(crate) fn shown_in(self, shown: Region) -> Self {
+        let first = DVec2::new(shown.left as f64, shown.top as f64);
+        let last = first + DVec2::new(shown.width as f64, shown.height as f64) - 1.0;
+        let shown = [first, last];
+        Self { shown, ..self }
+    }
+
     /// Values of the part of the picture that has any.
     pub(crate) fn values(&self) -> &[f32] {
         &self.values
@@ -50,12 +64,12 @@ impl ContrastNormalizedImage {
     }
 
     /// Samples value and gradient (per pixel) at an image position, bilinear, pixel centres at half integers. `None`
-    /// outside the outermost pixel centres.
+    /// outside the outermost pixel centres that show anything.
     #[inline]
     pub fn sample(&self, at: DVec2) -> Option<(f64, DVec2)> {
         let p = at - 0.5;
-        let last = self.size.as_dvec2() - 1.0;
-        if !(p.x >= 0.0 && p.y >= 0.0 && p.x < last.x && p.y < last.y) {
+        let [first, last] = self.shown;
+        if !(p.x >= first.x && p.y >= first.y && p.x < last.x && p.y < last.y) {
             return None;
         }
         let (x, y) = (p.x as usize, p.y as usize);
@@ -63,6 +77,15 @@ impl ContrastNormalizedImage {
         let [a, b, c, d] = self.square(x, y).map(f64::from);
         let gradient = DVec2::new((b - a) * (1.0 - fy) + (d - c) * fy, (c - a) * (1.0 - fx) + (d - b) * fx);
         Some((a + gradient.x * fx + (c - a) * fy, gradient))
+    }
+
+    /// As [`Self::sample`]; up to 8 pixels beyond its edge the picture goes on as it ends. A point that may not leave the picture would hold
+    /// the mesh there.
+    pub(crate) fn sample_continued(&self, at: DVec2) -> Option<(f64, DVec2)> {
+        let [first, last] = self.shown.map(|end| end + 0.5);
+        let inside = at.max(first).min(last - EDGE);
+        let (value, gradient) = self.sample(inside).filter(|_| at.distance(inside) < CONTINUED_PX)?;
+        Some((value, DVec2::select(at.cmpeq(inside), gradient, DVec2::ZERO)))
     }
 
     /// Values of the pixel, its right neighbour, and the two below.
@@ -148,6 +171,7 @@ impl ContrastNormalizer {
         self.subtract_and_scale(&mut values, &means, &gains);
         ContrastNormalizedImage {
             size: self.size,
+            shown: [DVec2::ZERO, self.size.as_dvec2() - 1.0],
             region: self.region,
             values,
         }
@@ -285,5 +309,12 @@ mod tests {
         }
         assert_eq!(image.sample(DVec2::new(0.4, 5.0)), None);
         assert_eq!(image.sample(DVec2::NAN), None);
+        let (value, gradient) = image.sample_continued(DVec2::new(25.0, 4.9)).unwrap();
+        let (edge, slope) = image.sample(DVec2::new(19.499, 4.9)).unwrap();
+        assert!((value - edge).abs() < 0.01 && gradient == DVec2::new(0.0, gradient.y));
+        assert!((gradient.y - slope.y).abs() < 0.01 && slope.x.abs() > 0.1);
+        assert_eq!(image.sample_continued(DVec2::new(28.0, 4.9)), None);
+        let part = image.shown_in(Region::new(3..15, 2..9));
+        assert!(part.sample(DVec2::new(3.4, 4.9)).is_none() && part.sample(at).is_some());
     }
 }

@@ -4,6 +4,12 @@ use super::grey_image::GreyImage;
 use super::image_size::ImageSize;
 use std::ops::Range;
 
+/// Most that a pixel of a black bar has.
+const BLACK: f32 = 4.0;
+
+/// Least fraction of a column beside a bar that is lit: a bar is as long as the image, which a lit sheet before a black wall is not.
+const BESIDE_BAR: f64 = 0.9;
+
 /// A rectangle of an image, pixels. What lies in it is stored row by row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Region {
@@ -28,11 +34,38 @@ impl Region {
         Self::new(0..size.width, 0..size.height)
     }
 
-    /// The rectangle with `margin` more on all sides, as far as an image of `size` has them.
-    pub(crate) fn grown(&self, margin: usize, size: ImageSize) -> Self {
-        let grown =
-            |range: Range<usize>, side: usize| range.start.saturating_sub(margin)..(range.end + margin).min(side);
-        Self::new(grown(self.columns(), size.width), grown(self.rows(), size.height))
+    /// What `image` shows: without the black bars that a narrower image leaves in a canonical one, and without the outermost pixels, part
+    /// of which may lie beyond the image.
+    pub(crate) fn shown(image: &GreyImage) -> Self {
+        let ImageSize { width, height } = image.size;
+        let is_lit = |column: usize, row: usize| image.values[row * width + column] > BLACK;
+        let inside = |side: usize, across: usize, is_lit: &dyn Fn(usize, usize) -> bool| {
+            let lit = |place: usize| (0..across).filter(|k| is_lit(place, *k)).count() as f64 / across as f64;
+            // The outermost that is lit may be so in part.
+            let is_end =
+                |outermost: usize, next: usize| outermost == 0 || outermost + 1 == side || lit(next) >= BESIDE_BAR;
+            let first = (0..side).find(|place| lit(*place) > 0.0);
+            let last = (0..side).rfind(|place| lit(*place) > 0.0);
+            let first = first.filter(|first| is_end(*first, (first + 1).min(side - 1)));
+            let last = last.filter(|last| is_end(*last, last.saturating_sub(1)));
+            first.unwrap_or(0) + 1..last.unwrap_or(side.saturating_sub(1))
+        };
+        Self::new(
+            inside(width, height, &is_lit),
+            inside(height, width, &|row, column| is_lit(column, row)),
+        )
+    }
+
+    /// The rectangle with `margin` more on all sides, as far as `whole` has them.
+    pub(crate) fn grown(&self, margin: usize, whole: &Self) -> Self {
+        let grown = |own: Range<usize>, whole: Range<usize>| {
+            let start = own
+                .start
+                .saturating_sub(margin)
+                .clamp(whole.start, whole.end.max(whole.start));
+            start..(own.end + margin).min(whole.end).max(start)
+        };
+        Self::new(grown(self.columns(), whole.columns()), grown(self.rows(), whole.rows()))
     }
 
     pub(crate) fn columns(&self) -> Range<usize> {
@@ -67,5 +100,25 @@ impl Region {
         rows.skip(self.top)
             .take(self.height)
             .flat_map(move |row| row[columns.clone()].iter().copied())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bars_beside_an_image_are_not_shown_but_a_black_wall_is() {
+        let shown = |is_lit: &dyn Fn(usize, usize) -> bool| {
+            let size = (40, 30).into();
+            let whole = Region::whole(size).pixels();
+            let values = whole.map(|(x, y)| if is_lit(x, y) { 90.0 } else { 0.0 }).collect();
+            Region::shown(&GreyImage { size, values })
+        };
+        assert_eq!(shown(&|x, _| (4..33).contains(&x)), Region::new(5..32, 1..29));
+        assert_eq!(shown(&|_, y| y < 25), Region::new(1..39, 1..24));
+        let inside = Region::new(1..39, 1..29);
+        assert_eq!(shown(&|x, y| (4..33).contains(&x) && (2..25).contains(&y)), inside);
+        assert_eq!(shown(&|_, _| false), inside);
     }
 }

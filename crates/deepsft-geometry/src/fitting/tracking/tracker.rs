@@ -12,7 +12,7 @@ use crate::fitting::mesh_fitter::{FitRound, Fitted, check_blurs};
 use crate::fitting::observation::Observation;
 use crate::fitting::print::Drawing;
 use crate::fitting::start::Start;
-use crate::image::GreyImage;
+use crate::image::{GreyImage, Region};
 use crate::maps::raster::VisibleSurface;
 use crate::mesh::Template;
 use crate::surface::Surface;
@@ -298,7 +298,7 @@ impl Tracker {
         let fit = &mut self.fitter.mesh_fitter;
         let surface = VisibleSurface::new(&fit.coarse.mesh, vertices, camera);
         let grey = &image.0.whole;
-        let drawing = Drawing::new(&fit.print, &surface, None, (0, MARGIN_PX), None);
+        let drawing = Drawing::new(&fit.print, &surface, (&Region::shown(grey), None), (0, MARGIN_PX), None);
         // In the whole image.
         let mut print = GreyImage {
             values: vec![0.0; grey.values.len()],

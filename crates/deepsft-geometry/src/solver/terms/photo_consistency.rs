@@ -94,7 +94,7 @@ impl<'a> PhotoConsistency<'a> {
     /// Residual and image gradient at an image position.
     fn residual(&self, pixel: DVec2, value: f64) -> (f64, DVec2) {
         self.image
-            .sample(pixel)
+            .sample_continued(pixel)
             .map_or((1.0, DVec2::ZERO), |(seen, gradient)| (seen - value, gradient))
     }
 }

@@ -6,8 +6,8 @@ use crate::measuring::{Stopwatch, median};
 use anyhow::Result;
 use deepsft::{Finder, View};
 use deepsft_geometry::fitting::{FitOptions, FrameFitter, Start};
-use deepsft_geometry::raster::VisibleSurface;
 use deepsft_geometry::glam::DVec3;
+use deepsft_geometry::raster::VisibleSurface;
 use deepsft_geometry::{Camera, CanonicalWarp, Maps, Picture, Verdict, metrics, training_camera};
 use deepsft_synth::{SynthConfig, Synthesizer, canonical_truth};
 use serde::Serialize;
@@ -122,7 +122,10 @@ impl<'a> Studied<'a> {
         let synthesizer = if shown { &self.shown } else { &self.another };
         let sample = synthesizer.sample(seed, index);
         let truth = shown.then(|| canonical_truth(&sample, self.print.template.mesh(), &self.canonical));
-        let attempts = self.attempts(&sample.image, truth.as_ref().map(|maps| (maps, &sample.vertices_camera[..])))?;
+        let attempts = self.attempts(
+            &sample.image,
+            truth.as_ref().map(|maps| (maps, &sample.vertices_camera[..])),
+        )?;
         let visible = truth
             .iter()
             .flat_map(|maps| maps.depth().iter())
