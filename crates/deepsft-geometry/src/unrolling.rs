@@ -196,9 +196,7 @@ fn flat_layout(mesh: &TriangleMesh) -> Result<(Vec<DVec2>, f64), GeometryError> 
             starts.push(rows.len());
         }
         let mut cholesky = SparseCholesky::new(starts, rows)?;
-        if !cholesky.factorize(&values) {
-            return Err(GeometryError::Singular { unknowns: 2 * free });
-        }
+        cholesky.factorize(&values)?;
         cholesky.solve(&mut right_hand_side);
     }
     for (position, unknown) in flat.iter_mut().zip(&unknown) {
@@ -206,14 +204,11 @@ fn flat_layout(mesh: &TriangleMesh) -> Result<(Vec<DVec2>, f64), GeometryError> 
             *position = DVec2::new(right_hand_side[at], right_hand_side[at + 1]);
         }
     }
-    let own_area: f64 = mesh
-        .faces()
-        .iter()
-        .map(|face| {
-            let [a, b, c] = face.map(|v| mesh.vertices()[v]);
-            (b - a).cross(c - a).length() / 2.0
-        })
-        .sum();
+    let area_of_face = |face: &[usize; 3]| {
+        let [a, b, c] = face.map(|v| mesh.vertices()[v]);
+        (b - a).cross(c - a).length() / 2.0
+    };
+    let own_area: f64 = mesh.faces().iter().map(area_of_face).sum();
     let scale = (own_area / area(&flat, mesh)).sqrt();
     flat.iter_mut().for_each(|position| *position *= scale);
     let stretch = mean_stretch(&flat, mesh) / own_area;
@@ -298,33 +293,26 @@ fn upright(flat: &[DVec2], mesh: &TriangleMesh) -> (Vec<DVec2>, DVec2) {
             best = (size.x * size.y, axis);
         }
     }
-    // Of its four turns the one whose x runs to the right and whose y runs down, or towards the viewer, in space.
-    let (right, down) = axes_in_space(flat, mesh);
-    let in_space = |axis: DVec2| right * axis.x + down * axis.y;
-    let score = |axis: &DVec2| in_space(*axis).x + in_space(axis.perp()).dot(DVec3::new(0.0, 1.0, -1.0));
-    let turns = [best.1, best.1.perp(), -best.1, -best.1.perp()];
-    let axis = turns
-        .into_iter()
-        .max_by(|a, b| score(a).total_cmp(&score(b)))
-        .unwrap_or(best.1);
-    let (low, high) = bounds(axis);
-    let laid = flat.iter().map(|p| DVec2::new(p.dot(axis), p.dot(axis.perp())) - low);
-    (laid.collect(), high - low)
-}
-
-/// Where the layout's axes point in space, on average; not of length 1.
-fn axes_in_space(flat: &[DVec2], mesh: &TriangleMesh) -> (DVec3, DVec3) {
-    let mut axes = (DVec3::ZERO, DVec3::ZERO);
+    // Where the layout's axes point in space, on average; not of length 1.
+    let (mut right, mut down) = (DVec3::ZERO, DVec3::ZERO);
     for face in mesh.faces() {
         let [a, b, c] = face.map(|v| mesh.vertices()[v]);
         let [p, q, r] = face.map(|v| flat[v]);
         let (s, t) = (q - p, r - p);
         // Times twice the face's area in the layout.
         let sign = s.perp_dot(t).signum();
-        axes.0 += ((b - a) * t.y - (c - a) * s.y) * sign;
-        axes.1 += ((c - a) * s.x - (b - a) * t.x) * sign;
+        right += ((b - a) * t.y - (c - a) * s.y) * sign;
+        down += ((c - a) * s.x - (b - a) * t.x) * sign;
     }
-    axes
+    // Of its four turns the one whose x runs to the right and whose y runs down, or towards the viewer, in space.
+    let in_space = |axis: DVec2| right * axis.x + down * axis.y;
+    let score = |axis: &DVec2| in_space(*axis).x + in_space(axis.perp()).dot(DVec3::new(0.0, 1.0, -1.0));
+    let turns = [best.1, best.1.perp(), -best.1, -best.1.perp()];
+    let upmost = turns.into_iter().max_by(|a, b| score(a).total_cmp(&score(b)));
+    let axis = upmost.unwrap_or(best.1);
+    let (low, high) = bounds(axis);
+    let laid = flat.iter().map(|p| DVec2::new(p.dot(axis), p.dot(axis.perp())) - low);
+    (laid.collect(), high - low)
 }
 
 /// Andrew's monotone chain.
@@ -359,18 +347,15 @@ fn flat_picture(template: &Template, welding: &Welding, flat: &[DVec2], size: DV
         welding.mesh().faces().to_vec(),
     )?;
     let texture = template.texture();
-    let used: f64 = faces
-        .iter()
-        .map(|face| {
-            let [p, q, r] = face.map(|v| uv[v]);
-            (q - p).perp_dot(r - p).abs() / 2.0
-        })
-        .sum();
+    let used_of_face = |face: &[usize; 3]| {
+        let [p, q, r] = face.map(|v| uv[v]);
+        (q - p).perp_dot(r - p).abs() / 2.0
+    };
+    let used: f64 = faces.iter().map(used_of_face).sum();
     // As fine as the texture is on the surface.
     let texels = used * (texture.width() * texture.height()) as f64;
-    let per_mm = (texels / (size.x * size.y))
-        .sqrt()
-        .min(LONGEST_SIDE / size.max_element());
+    let of_texture = (texels / (size.x * size.y)).sqrt();
+    let per_mm = of_texture.min(LONGEST_SIDE / size.max_element());
     let side = |length: f64| ((length * per_mm).round() as usize).max(1);
     let (width, height) = (side(size.x), side(size.y));
     // No texel is passed over where the picture is coarser: at most 1.5 texels a pixel.
@@ -385,12 +370,8 @@ fn flat_picture(template: &Template, welding: &Welding, flat: &[DVec2], size: DV
         let Some(point) = inwards.find_map(|at| locator.locate(at)) else {
             return [255; 3];
         };
-        let corners = faces[point.face].map(|v| uv[v]);
-        let place: DVec2 = corners
-            .iter()
-            .zip(point.barycentric)
-            .map(|(uv, weight)| *uv * weight)
-            .sum();
+        let corners = faces[point.face].iter().zip(point.barycentric);
+        let place: DVec2 = corners.map(|(&v, weight)| uv[v] * weight).sum();
         texture.sample(place).map(|value| value.round() as u8)
     }))
 }

@@ -62,19 +62,17 @@ impl ArapCells {
         }
         half_edges.retain(|([i, j], _)| i != j);
         half_edges.sort_unstable_by_key(|h| h.0);
-        let mut starts = vec![0; v.len() + 1];
-        let (mut neighbours, mut weights, mut rest) = (vec![], vec![], vec![]);
+        let (mut from, mut neighbours, mut weights, mut rest) = (vec![], vec![], vec![], vec![]);
         for same in half_edges.chunk_by(|a, b| a.0 == b.0) {
             let [i, j] = same[0].0;
             let sum: f64 = same.iter().map(|h| h.1).sum();
-            starts[i + 1] += 1;
+            from.push(i);
             neighbours.push(j);
             weights.push(sum.clamp(WEIGHT_BOUNDS[0], WEIGHT_BOUNDS[1]));
             rest.push(v[i] - v[j]);
         }
-        for i in 0..v.len() {
-            starts[i + 1] += starts[i];
-        }
+        let start = |i: usize| from.partition_point(|&vertex| vertex < i);
+        let starts: Vec<usize> = (0..=v.len()).map(start).collect();
         let cells = || starts.windows(2).map(|cell| cell[0]..cell[1]);
         let degrees = cells().map(|cell| weights[cell].iter().sum()).collect();
         let rest_sum = |cell: Range<usize>| {

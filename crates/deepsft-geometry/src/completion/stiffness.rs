@@ -39,20 +39,16 @@ impl Stiffness {
 
     /// The diagonal entry of vertex `i`, without holds.
     pub(super) fn diagonal(&self, i: usize) -> f64 {
-        self.laplacian[self.cholesky.column_starts()[i]]
+        self.laplacian[self.cholesky.column_starts[i]]
     }
 
     /// Factorises with `holds` on the diagonal, one per vertex.
     pub(super) fn factorize(&mut self, holds: &[f64]) -> Result<(), GeometryError> {
         self.held.copy_from_slice(&self.laplacian);
-        for (start, hold) in self.cholesky.column_starts().iter().zip(holds) {
+        for (start, hold) in self.cholesky.column_starts.iter().zip(holds) {
             self.held[*start] += hold;
         }
-        if self.cholesky.factorize(&self.held) {
-            Ok(())
-        } else {
-            Err(GeometryError::Singular { unknowns: holds.len() })
-        }
+        self.cholesky.factorize(&self.held)
     }
 
     /// Solves for three coordinates with the last factorisation.

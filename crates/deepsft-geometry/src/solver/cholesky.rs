@@ -15,7 +15,8 @@ use glam::DVec3;
 /// analysis happen in [`new`](Self::new), numbers in [`factorize`](Self::factorize), by blocks of columns
 /// with the same rows: also for the few hundred points of a mesh that is natively faster than column by column (not in WebAssembly). One thread.
 pub(crate) struct SparseCholesky {
-    column_starts: Vec<usize>,
+    /// Where each column's entries start.
+    pub(crate) column_starts: Vec<usize>,
     rows: Vec<usize>,
     symbolic: SymbolicCholesky<usize>,
     factor: Vec<f64>,
@@ -89,14 +90,9 @@ impl SparseCholesky {
         self.column_starts.len() - 1
     }
 
-    /// Where each column's entries start.
-    pub(crate) fn column_starts(&self) -> &[usize] {
-        &self.column_starts
-    }
-
-    /// Factorises the matrix whose lower triangle has `values`, in the pattern's order. False when it
+    /// Factorises the matrix whose lower triangle has `values`, in the pattern's order. [`GeometryError::Singular`] when it
     /// is not positive definite; then there is nothing to [`solve`](Self::solve) with.
-    pub(crate) fn factorize(&mut self, values: &[f64]) -> bool {
+    pub(crate) fn factorize(&mut self, values: &[f64]) -> Result<(), GeometryError> {
         let n = self.dimension();
         let pattern = SymbolicSparseColMatRef::new_checked(n, n, &self.column_starts, None, &self.rows);
         let matrix = SparseColMatRef::new(pattern, values);
@@ -111,7 +107,8 @@ impl SparseCholesky {
                 stack,
                 Default::default(),
             )
-            .is_ok()
+            .map_err(|_| GeometryError::Singular { unknowns: n })?;
+        Ok(())
     }
 
     /// Solves for the right-hand sides in `columns` (one to three vectors, one after the other) in place.
@@ -134,7 +131,8 @@ impl SparseCholesky {
         for (k, point) in points.iter_mut().enumerate() {
             *point = right_hand_side[self.matrix_column(k)];
         }
-        for columns in (0..self.supernodes().n_supernodes()).map(|block| self.columns(block)) {
+        for block in 0..self.supernodes().n_supernodes() {
+            let columns = self.columns(block);
             for c in 0..columns.count {
                 let (within, below) = columns.column(c);
                 let (point, after) = points[columns.start + c..].split_at_mut(1);
@@ -148,10 +146,8 @@ impl SparseCholesky {
                 }
             }
         }
-        for columns in (0..self.supernodes().n_supernodes())
-            .rev()
-            .map(|block| self.columns(block))
-        {
+        for block in (0..self.supernodes().n_supernodes()).rev() {
+            let columns = self.columns(block);
             for c in (0..columns.count).rev() {
                 let (within, below) = columns.column(c);
                 let at = columns.start + c;
@@ -239,12 +235,11 @@ mod tests {
         for m in [1, 5, 140] {
             let (mut cholesky, mut values) = grid(m);
             let n = m * m;
-            let points: Vec<DVec3> = (0..n)
-                .map(|i| DVec3::new(1.0, i as f64 / n as f64, (i as f64).sin()))
-                .collect();
+            let point = |i: usize| DVec3::new(1.0, i as f64 / n as f64, (i as f64).sin());
+            let points: Vec<DVec3> = (0..n).map(point).collect();
             for _ in 0..2 {
                 values[0] += 1.0;
-                assert!(cholesky.factorize(&values));
+                cholesky.factorize(&values).unwrap();
                 let right: Vec<f64> = (0..3).flat_map(|k| points.iter().map(move |p| p[k])).collect();
                 let mut columns = right.clone();
                 cholesky.solve(&mut columns);
@@ -266,6 +261,6 @@ mod tests {
     fn a_matrix_that_is_not_positive_definite_is_refused() {
         let (mut cholesky, mut values) = grid(7);
         values[0] = -1.0;
-        assert!(!cholesky.factorize(&values));
+        assert!(cholesky.factorize(&values).is_err());
     }
 }

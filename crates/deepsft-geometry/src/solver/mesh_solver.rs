@@ -177,7 +177,7 @@ impl MeshSolver {
         start: &[DVec3],
         options: &SolveOptions,
     ) -> Result<Solution, GeometryError> {
-        check_start(start, self.equations.gradient().len())?;
+        check_start(start, self.equations.gradient.len())?;
         let initial: Vec<f64> = terms.iter().map(|t| t.energy(start)).collect();
         if let Some((term, &energy)) = terms.iter().zip(&initial).find(|(_, e)| !e.is_finite()) {
             return Err(GeometryError::StartEnergy {
@@ -221,10 +221,10 @@ impl MeshSolver {
         let energy: f64 = energies.iter().sum();
         while damping.fraction <= MAX_DAMPING {
             let added = self.added(damping.fraction);
-            if self.equations.factorize(&added) {
+            if self.equations.factorize(&added).is_ok() {
                 let step = self.equations.step();
                 let longest = step.iter().fold(0.0_f64, |m, s| m.max(s.length()));
-                let foretold: f64 = (step.iter().zip(self.equations.gradient()).zip(&added))
+                let foretold: f64 = (step.iter().zip(&self.equations.gradient).zip(&added))
                     .map(|((s, g), a)| s.dot(*a * *s - *g))
                     .sum();
                 let there = self.accelerated(terms, vertices, &step);
@@ -279,9 +279,7 @@ impl MeshSolver {
         right_hand_sides: &[Vec<DVec3>; N],
     ) -> Option<([Vec<DVec3>; N], Vec<DVec3>)> {
         self.linearize(terms, vertices).ok()?;
-        if !self.equations.factorize(&self.added(MIN_DAMPING)) {
-            return None;
-        }
+        self.equations.factorize(&self.added(MIN_DAMPING)).ok()?;
         let solved = right_hand_sides.each_ref().map(|b| {
             let mut x = self.equations.step_against(b);
             x.iter_mut().for_each(|x| *x = -*x);
@@ -294,7 +292,7 @@ impl MeshSolver {
         self.equations.clear();
         for term in terms {
             term.linearize(vertices, &mut self.equations);
-            if self.equations.outside() {
+            if self.equations.outside {
                 return Err(GeometryError::Coupling { term: term.name() });
             }
         }
@@ -305,9 +303,7 @@ impl MeshSolver {
     fn added(&self, damping: f64) -> Vec<DVec3> {
         let unit = 1.0 / (self.scale * self.scale);
         let one = |d: f64| if d > 0.0 { damping * d } else { unit };
-        self.equations
-            .diagonal()
-            .map(|d| DVec3::new(one(d.x), one(d.y), one(d.z)))
-            .collect()
+        let diagonal = self.equations.diagonal();
+        diagonal.map(|d| DVec3::new(one(d.x), one(d.y), one(d.z))).collect()
     }
 }

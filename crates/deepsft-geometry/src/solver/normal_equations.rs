@@ -13,10 +13,12 @@ pub(crate) struct NormalEquations {
     starts: Vec<usize>,
     rows: Vec<usize>,
     blocks: Vec<DMat3>,
-    gradient: Vec<DVec3>,
+    /// J^T W r: half the gradient of the energy.
+    pub(crate) gradient: Vec<DVec3>,
     cholesky: SparseCholesky,
     values: Vec<f64>,
-    outside: bool,
+    /// Whether a residual coupled vertices outside the pattern since [`clear`](Self::clear).
+    pub(crate) outside: bool,
     /// The triangle whose residuals were added last, and its blocks: residuals of one triangle follow each other.
     triangle: ([usize; 3], [usize; 6]),
 }
@@ -34,13 +36,8 @@ impl NormalEquations {
         pairs.extend((0..vertices).map(|i| [i, i]));
         pairs.sort_unstable();
         pairs.dedup();
-        let mut starts = vec![0; vertices + 1];
-        for [column, _] in &pairs {
-            starts[column + 1] += 1;
-        }
-        for j in 0..vertices {
-            starts[j + 1] += starts[j];
-        }
+        let start = |j: usize| pairs.partition_point(|[column, _]| *column < j);
+        let starts: Vec<usize> = (0..=vertices).map(start).collect();
         let rows: Vec<usize> = pairs.iter().map(|p| p[1]).collect();
         let (mut scalar_starts, mut scalar_rows) = (vec![0], Vec::with_capacity(9 * rows.len()));
         for j in 0..vertices {
@@ -52,14 +49,13 @@ impl NormalEquations {
                 scalar_starts.push(scalar_rows.len());
             }
         }
-        let values = vec![0.0; scalar_rows.len()];
         Ok(Self {
+            values: vec![0.0; scalar_rows.len()],
             blocks: vec![DMat3::ZERO; rows.len()],
             gradient: vec![DVec3::ZERO; vertices],
             cholesky: SparseCholesky::new(scalar_starts, scalar_rows)?,
             starts,
             rows,
-            values,
             outside: false,
             triangle: (NONE, [0; 6]),
         })
@@ -79,16 +75,6 @@ impl NormalEquations {
         self.outside = false;
     }
 
-    /// J^T W r: half the gradient of the energy.
-    pub(crate) fn gradient(&self) -> &[DVec3] {
-        &self.gradient
-    }
-
-    /// Whether a residual coupled vertices outside the pattern since [`clear`](Self::clear).
-    pub(crate) fn outside(&self) -> bool {
-        self.outside
-    }
-
     /// The diagonal of J^T W J, one vector per vertex.
     pub(crate) fn diagonal(&self) -> impl Iterator<Item = DVec3> + '_ {
         self.starts[..self.gradient.len()].iter().map(|&start| {
@@ -97,8 +83,8 @@ impl NormalEquations {
         })
     }
 
-    /// Factorises J^T W J with `added` on its diagonal; false when it is not positive definite.
-    pub(crate) fn factorize(&mut self, added: &[DVec3]) -> bool {
+    /// Factorises J^T W J with `added` on its diagonal; an error when it is not positive definite.
+    pub(crate) fn factorize(&mut self, added: &[DVec3]) -> Result<(), GeometryError> {
         let mut next = 0;
         for (j, added) in added.iter().enumerate() {
             let added = added.to_array();
@@ -203,13 +189,13 @@ mod tests {
         let n = DVec3::new(1.0, 2.0, 2.0) / 3.0;
         equations.vector(DVec3::new(-3.0, 0.0, 0.0), 2.0, &[(0, 1.0)]);
         equations.scalar(-4.0, 1.0, &[(1, n), (0, -n)]);
-        assert!(equations.factorize(&[DVec3::ONE; 2]));
+        equations.factorize(&[DVec3::ONE; 2]).unwrap();
         let step = equations.step();
         let along = n.dot(step[1] - step[0]) - 4.0;
         let zero = 2.0 * (step[0] - DVec3::new(3.0, 0.0, 0.0)) - n * along + step[0];
         let one = n * along + step[1];
         assert!(zero.length() < 1e-12 && one.length() < 1e-12, "{zero} {one}");
-        assert!(!equations.outside());
+        assert!(!equations.outside);
     }
 
     #[test]
@@ -229,7 +215,7 @@ mod tests {
         let blocks = triangles.blocks.iter().zip(&any.blocks);
         assert!(blocks.clone().any(|(a, _)| *a != DMat3::ZERO));
         assert!(blocks.into_iter().all(|(a, b)| a.abs_diff_eq(*b, 1e-12)));
-        let gradients = triangles.gradient().iter().zip(any.gradient());
+        let gradients = triangles.gradient.iter().zip(&any.gradient);
         assert!(gradients.into_iter().all(|(a, b)| a.abs_diff_eq(*b, 1e-12)));
     }
 }
