@@ -40,7 +40,7 @@ pub struct IsometricMesh {
     /// Sides that are the border: two vertices, and the third of their face.
     pub(super) border: Vec<[usize; 3]>,
     /// Stiffer from one to the next, the last with the whole weight.
-    isometry: [Isometry; 4],
+    isometry: Vec<Isometry>,
     bending: Bending,
     solver: MeshSolver,
 }
@@ -58,14 +58,8 @@ impl IsometricMesh {
         bending: f64,
     ) -> Result<Self, GeometryError> {
         let weight = isometry * reference.edges().len() as f64 / mesh.edges().len().max(1) as f64;
-        let stiffness = |fraction: f64| Isometry::new(&mesh, fraction * weight);
-        let [free, soft, medium, stiff] = STIFFNESSES;
-        let isometry = [
-            stiffness(free)?,
-            stiffness(soft)?,
-            stiffness(medium)?,
-            stiffness(stiff)?,
-        ];
+        let of_stiffness = STIFFNESSES.map(|fraction| Isometry::new(&mesh, fraction * weight));
+        let isometry = of_stiffness.into_iter().collect::<Result<Vec<_>, _>>()?;
         let bending = Bending::new(&mesh, bending)?;
         Ok(Self {
             solver: MeshSolver::new(&mesh, &[&isometry[0], &bending])?,
@@ -102,10 +96,9 @@ impl IsometricMesh {
         mut vertices: Vec<DVec3>,
         steps: usize,
     ) -> Result<Vec<DVec3>, GeometryError> {
-        for stiffness in 1..self.isometry.len() {
-            vertices = self
-                .solve_with(Stiffness(stiffness), terms, &vertices, steps, false)?
-                .vertices;
+        for stiffness in (1..STIFFNESSES.len()).map(Stiffness) {
+            let solved = self.solve_with(stiffness, terms, &vertices, steps, false)?;
+            vertices = solved.vertices;
         }
         Ok(vertices)
     }
@@ -117,9 +110,8 @@ impl IsometricMesh {
         vertices: &[DVec3],
         right_hand_sides: &[Vec<DVec3>; N],
     ) -> Option<([Vec<DVec3>; N], Vec<DVec3>)> {
-        let [.., stiff] = &self.isometry;
         let mut all = terms.to_vec();
-        all.push(stiff);
+        all.push(&self.isometry[Stiffness::WHOLE.0]);
         all.push(&self.bending);
         self.solver.sensitivities(&all, vertices, right_hand_sides)
     }
@@ -153,8 +145,6 @@ fn border(mesh: &TriangleMesh) -> Vec<[usize; 3]> {
     let mut sides: Vec<_> = mesh.faces().iter().flat_map(sides).collect();
     let edge = |[a, b, _]: &[usize; 3]| [*a.min(b), *a.max(b)];
     sides.sort_unstable_by_key(edge);
-    let alone = sides
-        .chunk_by(|a, b| edge(a) == edge(b))
-        .filter(|of_edge| of_edge.len() == 1);
-    alone.map(|side| side[0]).collect()
+    let of_edges = sides.chunk_by(|a, b| edge(a) == edge(b));
+    of_edges.filter(|sides| sides.len() == 1).flatten().copied().collect()
 }

@@ -83,9 +83,7 @@ impl Tracker {
     /// Forgets the video: for a jump to another one.
     pub fn reset(&mut self) {
         self.frames.clear();
-        self.missed = 0;
-        self.searched = None;
-        self.current = Tracked::default();
+        self.lose(0);
     }
 
     /// An image that the tracker no longer remembers, for [`TrackerImage::of_into`]: a long video then makes no new ones. It is given
@@ -124,16 +122,12 @@ impl Tracker {
             self.spare = self.frames.pop_front().map(|forgotten| forgotten.image);
         }
         let newest = self.frames.len() - 1;
-        if self.current.surface.is_none() {
-            self.current = Tracked {
-                frame,
-                ..Tracked::default()
-            };
-        } else if let Some(last) = newest.checked_sub(1).and_then(|last| self.frames[last].mesh.clone()) {
+        let followed = newest.checked_sub(1).filter(|_| self.current.surface.is_some());
+        if let Some(last) = followed.and_then(|last| self.frames[last].mesh.clone()) {
             let mesh = self.advance(newest, &last)?;
             self.take(newest, mesh, last);
         } else {
-            self.lose();
+            self.lose(frame);
         }
         Ok(&self.current)
     }
@@ -203,7 +197,7 @@ impl Tracker {
         } else if !found_by_search && self.correlation() >= self.options.start_correlation {
             TrackUpdate::Confirmed
         } else {
-            self.lose();
+            self.lose(self.current.frame);
             TrackUpdate::Dropped
         }
     }
@@ -376,8 +370,8 @@ impl Tracker {
         let is_over = self.frames[newest].time_s - confirmed_s >= self.options.patience_s;
         // What has left the view has nothing to come back with: no patience.
         if (is_over && self.missed >= MIN_MISSED) || !in_view {
-            self.lose();
-            (self.current.frame, self.current.iterations) = (self.frames[newest].frame, mesh.iterations);
+            self.lose(self.frames[newest].frame);
+            self.current.iterations = mesh.iterations;
             return;
         }
         // Stand still: the next frame may show it again.
@@ -406,11 +400,12 @@ impl Tracker {
         };
     }
 
-    fn lose(&mut self) {
+    /// Ends the track; `frame` is the newest.
+    fn lose(&mut self, frame: u64) {
         self.missed = 0;
         self.searched = None;
         self.current = Tracked {
-            frame: self.current.frame,
+            frame,
             ..Tracked::default()
         };
     }
