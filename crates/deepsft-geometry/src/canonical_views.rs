@@ -90,32 +90,29 @@ impl CanonicalViews {
     /// The nearest view from number `first` on that holds as much of a mesh as the image does, `margin_px` away from its border; else the
     /// widest.
     fn holding(&self, first: usize, vertices_camera: &[DVec3], margin_px: f64) -> &Camera {
-        self.views[first..]
-            .iter()
-            .find(|view| self.holds(view, vertices_camera, margin_px))
-            .unwrap_or(self.widest())
+        let mut wider = self.views[first..].iter();
+        let holding = wider.find(|view| self.holds(view, vertices_camera, margin_px));
+        holding.unwrap_or(self.widest())
     }
 
     fn holds(&self, view: &Camera, vertices_camera: &[DVec3], margin_px: f64) -> bool {
-        let in_image = |camera: &Camera, p: DVec3, margin: f64| {
-            let limit = camera.size().as_dvec2() - margin;
-            let inside = |pixel: DVec2| pixel.cmpge(DVec2::splat(margin)).all() && pixel.cmple(limit).all();
-            camera.project(p).is_some_and(inside)
-        };
-        let seen = vertices_camera.iter().filter(|p| in_image(&self.source, **p, 0.0));
-        seen.into_iter().all(|p| in_image(view, *p, margin_px))
+        let source = &self.source;
+        let in_image = |p: DVec3| source.project(p).is_some_and(|pixel| source.size().holds(pixel));
+        let limit = view.size().as_dvec2() - margin_px;
+        let inside = |pixel: DVec2| pixel.cmpge(DVec2::splat(margin_px)).all() && pixel.cmple(limit).all();
+        let mut seen = vertices_camera.iter().filter(|p| in_image(**p));
+        seen.all(|p| view.project(*p).is_some_and(inside))
     }
 
     /// Whether `maps` of `view` end at its border where the image goes on.
     pub fn cuts(&self, view: &Camera, maps: &Maps) -> bool {
         let ImageSize { width, height } = maps.size();
-        let limit = self.source.size().as_dvec2();
         let goes_on = |x: usize, y: usize| {
             let centre = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
             let outwards = DVec2::new(outwards(x, width), outwards(y, height));
             let beyond = view.ray_from_pixel(centre + MARGIN_PX * outwards);
             let at = self.source.pixel_from_ray(beyond);
-            at.is_some_and(|at| at.cmpge(DVec2::ZERO).all() && at.cmple(limit).all())
+            at.is_some_and(|at| self.source.size().holds(at))
         };
         let border = (0..height).flat_map(|y| {
             let is_whole_row = y == 0 || y + 1 == height;

@@ -86,16 +86,14 @@ impl CanonicalWarp {
 
     /// Sample by sample, for any camera.
     fn apply_sampled(&self, picture: &Picture) -> Picture {
-        let limit = picture.size().as_dvec2();
         let step = 1.0 / self.taps as f64;
         Picture::from_fn(self.canonical.size().width, self.canonical.size().height, |x, y| {
             let mut sum = [0.0_f32; 3];
             for tap in 0..self.taps * self.taps {
                 let offset = DVec2::new((tap % self.taps) as f64 + 0.5, (tap / self.taps) as f64 + 0.5) * step;
                 let at = self.source_from_canonical(DVec2::new(x as f64, y as f64) + offset);
-                let color = at
-                    .filter(|at| at.cmpge(DVec2::ZERO).all() && at.cmple(limit).all())
-                    .map_or([f32::from(OUTSIDE_IMAGE); 3], |at| picture.sample(at.x, at.y));
+                let inside = at.filter(|at| picture.size().holds(*at));
+                let color = inside.map_or([f32::from(OUTSIDE_IMAGE); 3], |at| picture.sample(at.x, at.y));
                 for (s, c) in sum.iter_mut().zip(color) {
                     *s += c;
                 }
@@ -109,15 +107,12 @@ impl CanonicalWarp {
     /// the weights of a pixel's samples are a product of a column's and a row's.
     fn apply_separable(&self, picture: &Picture) -> Picture {
         let (width, height) = (self.canonical.size().width, self.canonical.size().height);
-        let [(from, to), (from_focal, to_focal)] = [
-            (self.canonical.principal_point(), self.source.principal_point()),
-            (self.canonical.focal(), self.source.focal()),
-        ];
+        let (from, to) = (self.canonical.principal_point(), self.source.principal_point());
+        let (from_focal, to_focal) = (self.canonical.focal(), self.source.focal());
         let column_at = |x: f64| (x - from.x) / from_focal.x * to_focal.x + to.x;
         let row_at = |y: f64| (y - from.y) / from_focal.y * to_focal.y + to.y;
-        let columns: Vec<Weights> = (0..width)
-            .map(|x| Weights::of(x, self.taps, picture.width(), column_at))
-            .collect();
+        let column = |x: usize| Weights::of(x, self.taps, picture.width(), column_at);
+        let columns: Vec<Weights> = (0..width).map(column).collect();
         let stride = 3 * picture.width();
         let mut rgb = Vec::with_capacity(3 * width * height);
         // The weighted sum of the source rows under one canonical row.
@@ -125,10 +120,8 @@ impl CanonicalWarp {
         for y in 0..height {
             row.fill(0.0);
             let rows = Weights::of(y, self.taps, picture.height(), row_at);
-            for (source, &weight) in picture.rgb()[stride * rows.first..]
-                .chunks_exact(stride)
-                .zip(&rows.weights)
-            {
+            let sources = picture.rgb()[stride * rows.first..].chunks_exact(stride);
+            for (source, &weight) in sources.zip(&rows.weights) {
                 for (sum, &value) in row.iter_mut().zip(source) {
                     *sum += weight * f32::from(value);
                 }

@@ -117,7 +117,6 @@ impl Camera {
         let size = size.into();
         let sides = size.as_dvec2();
         let focal = TYPICAL_FOCAL_FRACTION * sides.max_element();
-        let focal = if focal > 0.0 { focal } else { 1.0 };
         Self::pinhole(size, DVec2::splat(focal), sides / 2.0)
     }
 
@@ -127,9 +126,6 @@ impl Camera {
     /// [`GeometryError::CameraParameter`] for an empty image.
     pub fn resized(&self, size: impl Into<ImageSize>) -> Result<Self, GeometryError> {
         let size = size.into();
-        if size.area() == 0 {
-            return Self::pinhole(size, self.focal, self.principal_point);
-        }
         let scale = size.as_dvec2() / self.size.as_dvec2();
         let scaled = Self::pinhole(size, self.focal * scale, self.principal_point * scale)?;
         Ok(scaled.with_lens(self.lens))

@@ -66,12 +66,10 @@ pub(crate) fn measurements_of_mesh(
     vertices_camera: &[DVec3],
     camera: &Camera,
 ) -> Vec<Measurement> {
-    let image = camera.size().as_dvec2();
     let middle = |face: &[usize; 3]| {
         let p_camera = face.iter().map(|&v| vertices_camera[v]).sum::<DVec3>() / 3.0;
         let pixel = camera.project(p_camera)?;
-        let is_seen = p_camera.z > 0.0 && pixel.cmpge(DVec2::ZERO).all() && pixel.cmple(image).all();
-        is_seen.then(|| Measurement {
+        camera.size().holds(pixel).then(|| Measurement {
             pixel,
             uv: face.iter().map(|&v| mesh.texture_coordinates()[v]).sum::<DVec2>() / 3.0,
             depth_mm: p_camera.z,

@@ -27,6 +27,11 @@ impl ImageSize {
         (self.width / 2, self.height / 2).into()
     }
 
+    /// Whether an image position lies in the image, its border included.
+    pub(crate) fn holds(self, at: DVec2) -> bool {
+        at.cmpge(DVec2::ZERO).all() && at.cmple(self.as_dvec2()).all()
+    }
+
     /// Width and height as a vector: the corner opposite to the origin.
     pub fn as_dvec2(self) -> DVec2 {
         DVec2::new(self.width as f64, self.height as f64)
