@@ -89,8 +89,7 @@ impl CalibratedCamera {
     /// # Errors
     /// [`GeometryError::CameraParameter`] when that is no camera.
     pub fn of_source(&self, source: &Camera) -> Result<Camera, GeometryError> {
-        let change = between(&self.assumed, &self.camera);
-        stepped(source, change)
+        stepped(source, between(&self.assumed, &self.camera))
     }
 }
 
@@ -143,7 +142,7 @@ impl SelfCalibration {
 
     /// Forgets the views and what they told: for another camera.
     pub fn reset(&mut self) {
-        self.spare.extend(self.views.drain(..).map(View::into_pixels));
+        self.spare.extend(self.views.drain(..).map(|view| view.image.values));
         self.cameras = None;
         (self.updates, self.next) = (0, 0);
     }
@@ -180,10 +179,9 @@ impl SelfCalibration {
             vertices.iter_mut().for_each(|p| *p += away);
         }
         if self.views.len() >= self.options.max_views.max(1) {
-            let tells = |view: &View| view.information(self.prior());
-            let least = (0..self.views.len()).min_by(|&a, &b| tells(&self.views[a]).total_cmp(&tells(&self.views[b])));
-            if let Some(least) = least {
-                self.spare.push(self.views.swap_remove(least).into_pixels());
+            let tells = |&view: &usize| self.views[view].information(self.prior());
+            if let Some(least) = (0..self.views.len()).min_by(|a, b| tells(a).total_cmp(&tells(b))) {
+                self.spare.push(self.views.swap_remove(least).image.values);
             }
         }
         let (there, pixels) = (self.views.len() + self.spare.len(), image.rgb().len() / 3);

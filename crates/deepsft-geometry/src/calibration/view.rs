@@ -18,7 +18,7 @@ const MARGIN_PX: usize = 2;
 /// An image and the mesh in it.
 #[derive(Debug)]
 pub(super) struct View {
-    image: GreyImage,
+    pub(super) image: GreyImage,
     /// The coarse mesh as it was tracked, camera frame, mm.
     tracked: Vec<DVec3>,
     /// As it is before the camera that is solved for.
@@ -61,11 +61,6 @@ impl View {
         }
     }
 
-    /// The memory of its image.
-    pub(super) fn into_pixels(self) -> Vec<f32> {
-        self.image.values
-    }
-
     /// Mean way of the vertices to `others`, as both were tracked, mm.
     pub(super) fn motion_from(&self, others: &[DVec3]) -> f64 {
         let ways = self.tracked.iter().zip(others).map(|(a, b)| a.distance(*b));
@@ -77,11 +72,8 @@ impl View {
         if self.reduced.hessian == DMat4::ZERO {
             return f64::INFINITY;
         }
-        (self.reduced.hessian + DMat4::from_diagonal(prior))
-            .inverse()
-            .x_axis
-            .x
-            .recip()
+        let hessian = self.reduced.hessian + DMat4::from_diagonal(prior);
+        hessian.inverse().x_axis.x.recip()
     }
 
     /// Fits the mesh before `camera`, and finds out what the view says of it: nothing where the sheet is not seen.

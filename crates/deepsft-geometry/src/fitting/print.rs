@@ -97,10 +97,9 @@ impl Drawing {
 
     /// The photo-consistency points with what the normalised print shows there.
     pub(crate) fn points(&self, print: &ContrastNormalizedImage) -> Vec<TexturePoint> {
-        let values = print.values();
         let point = |&(pixel, point): &(usize, SurfacePoint)| TexturePoint {
             point,
-            value: f64::from(values[pixel]),
+            value: f64::from(print.values[pixel]),
         };
         self.anchors.iter().map(point).collect()
     }
@@ -139,23 +138,17 @@ mod tests {
         let (whole, whole_image, whole_points) = drawn(480);
         assert!(whole.region.area() == 480 * 270 && part.region.area() < 480 * 270 / 3 && points.len() > 500);
         for (index, (column, row)) in whole.region.pixels().enumerate() {
-            let (mask, print) = match part.region.index(column, row) {
-                Some(index) => (part.mask[index], part.print[index]),
-                None => (0.0, 0.0),
-            };
-            assert_eq!(
-                (mask, print),
-                (whole.mask[index], whole.print[index]),
-                "{column}, {row}"
-            );
+            let in_part = part.region.index(column, row);
+            let in_part = in_part.map_or((0.0, 0.0), |index| (part.mask[index], part.print[index]));
+            let in_whole = (whole.mask[index], whole.print[index]);
+            assert_eq!(in_part, in_whole, "{column}, {row}");
         }
         for (a, b) in points.iter().zip(&whole_points) {
             assert_eq!(a.point, b.point);
             // Mean and contrast are taken on cells that begin elsewhere.
             assert!((a.value - b.value).abs() < 0.2, "{} {}", a.value, b.value);
-            let pixel = camera
-                .project(a.point.position(template.mesh().faces(), &vertices))
-                .unwrap();
+            let position = a.point.position(template.mesh().faces(), &vertices);
+            let pixel = camera.project(position).unwrap();
             let seen = [&image, &whole_image].map(|image| image.sample(pixel).unwrap().0);
             assert!((seen[0] - seen[1]).abs() < 0.2, "{seen:?}");
         }

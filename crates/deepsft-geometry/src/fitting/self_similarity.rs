@@ -43,17 +43,15 @@ impl SelfSimilarity {
     /// The texture position that looks as `uv` does; outside the unit square where the print ends.
     pub(crate) fn of(&self, uv: DVec2) -> DVec2 {
         let size = DVec2::new(1.0, self.aspect);
-        turned(self.quarter_turns, uv * size, size) / size + self.offset
-    }
-}
-
-/// Where `place` on a sheet of `size` comes to lie when it is turned, from the turned sheet's top-left corner.
-fn turned(quarter_turns: usize, place: DVec2, size: DVec2) -> DVec2 {
-    match quarter_turns {
-        1 => DVec2::new(size.y - place.y, place.x),
-        2 => size - place,
-        3 => DVec2::new(place.y, size.x - place.x),
-        _ => place,
+        let place = uv * size;
+        // From the turned print's top-left corner.
+        let turned = match self.quarter_turns {
+            1 => DVec2::new(size.y - place.y, place.x),
+            2 => size - place,
+            3 => DVec2::new(place.y, size.x - place.x),
+            _ => place,
+        };
+        turned / size + self.offset
     }
 }
 
@@ -94,9 +92,9 @@ impl SmallPrint {
         let at = |index: usize, count: usize| (index as f32 + 0.5) / count as f32;
         let (size, everywhere) = (ImageSize { width, height }, vec![1.0; width * height]);
         let grey = (0..width * height).map(|p| level.sample([at(p % width, width), at(p / width, height)]));
-        let normalized =
-            ContrastNormalizer::new(everywhere, Region::whole(size), size, BLUR_PX, WINDOW_PX).normalize(grey);
-        Self::new(width, height, normalized.values().to_vec())
+        let normalizer = ContrastNormalizer::new(everywhere, Region::whole(size), size, BLUR_PX, WINDOW_PX);
+        let normalized = normalizer.normalize(grey);
+        Self::new(width, height, normalized.values)
     }
 
     /// The print turned by one, two and three quarters clockwise.

@@ -31,7 +31,7 @@ pub struct ContrastNormalizedImage {
     shown: [DVec2; 2],
     /// The part of the picture that has values; elsewhere they are 0.
     region: Region,
-    values: Vec<f32>,
+    pub(crate) values: Vec<f32>,
 }
 
 impl ContrastNormalizedImage {
@@ -39,10 +39,10 @@ impl ContrastNormalizedImage {
     /// coarse to fine takes large blurs first. Mean and deviation (plus 4 grey levels) are those of a Gaussian window
     /// of `window_px`; 8 suits prints seen on a 480 x 270 image.
     pub fn new(picture: &Picture, blur_px: f32, window_px: f32) -> Self {
-        let grey = GreyImage::of(picture);
-        let (everywhere, whole) = (vec![1.0; grey.values.len()], Region::whole(picture.size()));
-        ContrastNormalizer::new(everywhere, whole, picture.size(), blur_px, window_px)
-            .normalize(grey.values.into_iter())
+        let GreyImage { size, values } = GreyImage::of(picture);
+        let everywhere = vec![1.0; values.len()];
+        let normalizer = ContrastNormalizer::new(everywhere, Region::whole(size), size, blur_px, window_px);
+        normalizer.normalize(values.into_iter())
     }
 
     /// Says that the picture shows nothing outside of `shown`: that lies beyond its edge.
@@ -51,11 +51,6 @@ impl ContrastNormalizedImage {
         let last = first + DVec2::new(shown.width as f64, shown.height as f64) - 1.0;
         let shown = [first, last];
         Self { shown, ..self }
-    }
-
-    /// Values of the part of the picture that has any.
-    pub(crate) fn values(&self) -> &[f32] {
-        &self.values
     }
 
     /// Columns and rows.
@@ -128,16 +123,13 @@ impl ContrastNormalizer {
     pub(crate) fn new(mask: Vec<f32>, region: Region, size: ImageSize, blur_px: f32, window_px: f32) -> Self {
         let blur = half_gaussian(blur_px);
         let support = blurred(&mask, region.width, region.height, &blur);
-        let per_support = support
-            .into_iter()
-            .map(|s| if s > MIN_SUPPORT { s.recip() } else { 0.0 })
-            .collect();
+        let per_support = |s: f32| if s > MIN_SUPPORT { s.recip() } else { 0.0 };
         let mut this = Self {
             size,
             region,
             mask,
             blur,
-            per_support,
+            per_support: support.into_iter().map(per_support).collect(),
             window: half_gaussian(window_px / CELL as f32),
             cell_support: Vec::new(),
         };
@@ -158,16 +150,15 @@ impl ContrastNormalizer {
         let sums = self.around_cells(|i| self.mask[i] * values[i]);
         let squares = self.around_cells(|i| self.mask[i] * values[i] * values[i]);
         let statistics = self.cell_support.iter().zip(sums.iter().zip(&squares));
-        let (means, gains): (Vec<f32>, Vec<f32>) = statistics
-            .map(|(&n, (sum, square))| {
-                if n <= MIN_SUPPORT {
-                    return (0.0, 0.0);
-                }
-                let mean = sum / n;
-                let variance = square / n - mean * mean;
-                (mean, (variance.max(0.0).sqrt() + FLOOR_LEVELS).recip())
-            })
-            .unzip();
+        let mean_and_gain = |(&n, (sum, square)): (&f32, (&f32, &f32))| {
+            if n <= MIN_SUPPORT {
+                return (0.0, 0.0);
+            }
+            let mean = sum / n;
+            let variance = square / n - mean * mean;
+            (mean, (variance.max(0.0).sqrt() + FLOOR_LEVELS).recip())
+        };
+        let (means, gains): (Vec<f32>, Vec<f32>) = statistics.map(mean_and_gain).unzip();
         self.subtract_and_scale(&mut values, &means, &gains);
         ContrastNormalizedImage {
             size: self.size,
@@ -232,9 +223,8 @@ fn half_gaussian(deviation: f32) -> Vec<f32> {
         return vec![1.0];
     }
     let radius = (WINDOW_SIGMAS * deviation).ceil() as usize;
-    let window: Vec<f32> = (0..=radius)
-        .map(|k| (-0.5 * (k as f32 / deviation).powi(2)).exp())
-        .collect();
+    let gaussian = |k: usize| (-0.5 * (k as f32 / deviation).powi(2)).exp();
+    let window: Vec<f32> = (0..=radius).map(gaussian).collect();
     let sum = window[0] + 2.0 * window[1..].iter().sum::<f32>();
     window.into_iter().map(|w| w / sum).collect()
 }

@@ -3,7 +3,7 @@
 /// Sums over pairs (a, b), for the straight line from a to b and for their correlation.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct PairedSums {
-    count: f64,
+    pub(crate) count: f64,
     a: f64,
     b: f64,
     aa: f64,
@@ -19,10 +19,6 @@ impl PairedSums {
         self.aa += a * a;
         self.ab += a * b;
         self.bb += b * b;
-    }
-
-    pub(crate) fn count(&self) -> f64 {
-        self.count
     }
 
     /// Sum of the squared distances of the b from the best line. Where all a are alike the line is level.

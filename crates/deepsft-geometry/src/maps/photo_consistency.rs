@@ -47,7 +47,7 @@ pub fn relit_photo_consistency_error(image: &Picture, texture: &Picture, maps: &
             sums.add(f64::from(drawn) / 255.0, f64::from(seen) / 255.0);
         }
     }
-    let count = colors[0].count();
+    let count = colors[0].count;
     let sum: f64 = colors.iter().map(PairedSums::residual).sum();
     (count > 0.0).then(|| (sum / (3.0 * count)).sqrt())
 }

@@ -24,11 +24,9 @@ const MIN_FRACTION: f64 = 0.5;
 pub(crate) fn best_shift(drawn: &GreyImage, mask: &[f32], image: &GreyImage) -> DVec2 {
     let [columns, rows] = [image.size.width, image.size.height].map(|side| side / CELL_PX);
     let seen = cells(image, None);
-    let cells: Vec<(isize, isize, f64)> = cells(drawn, Some(mask))
-        .into_iter()
-        .enumerate()
-        .filter_map(|(k, mean)| Some(((k % columns) as isize, (k / columns) as isize, mean?)))
-        .collect();
+    let placed = |(k, mean): (usize, Option<f64>)| Some(((k % columns) as isize, (k / columns) as isize, mean?));
+    let means = cells(drawn, Some(mask)).into_iter().enumerate();
+    let cells: Vec<_> = means.filter_map(placed).collect();
     if cells.len() < MIN_CELLS {
         return DVec2::ZERO;
     }
@@ -44,13 +42,11 @@ pub(crate) fn best_shift(drawn: &GreyImage, mask: &[f32], image: &GreyImage) -> 
                 sums.add(printed, value);
             }
         }
-        (sums.count() as usize >= fewest).then(|| sums.correlation())
+        (sums.count as usize >= fewest).then(|| sums.correlation())
     };
     let shifts = (-FARTHEST..=FARTHEST).flat_map(|dy| (-FARTHEST..=FARTHEST).map(move |dx| (dx, dy)));
-    let best = shifts
-        .filter_map(|(dx, dy)| Some((correlation(dx, dy)?, dx, dy)))
-        .max_by(|a, b| a.0.total_cmp(&b.0));
-    let Some((peak, dx, dy)) = best else {
+    let correlated = shifts.filter_map(|(dx, dy)| Some((correlation(dx, dy)?, dx, dy)));
+    let Some((peak, dx, dy)) = correlated.max_by(|a, b| a.0.total_cmp(&b.0)) else {
         return DVec2::ZERO;
     };
     let within = |before: Option<f64>, after: Option<f64>| match (before, after) {
