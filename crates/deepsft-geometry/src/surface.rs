@@ -37,11 +37,8 @@ impl Surface {
         for (column, row, face, triangle) in surface.front() {
             let at = surface.centres().position(column, row);
             let corners = template.faces()[face].into_iter().zip(triangle.barycentric(at.x, at.y));
-            let hidden: f64 = corners
-                .filter(|(v, _)| self.is_hidden[*v])
-                .map(|(_, weight)| weight)
-                .sum();
-            if hidden > 0.5 {
+            let hidden = corners.filter(|(v, _)| self.is_hidden[*v]);
+            if hidden.map(|(_, weight)| weight).sum::<f64>() > 0.5 {
                 maps.clear(row * width + column);
             }
         }

@@ -193,10 +193,8 @@ fn roots(polynomial: &[f64], end: f64) -> Vec<f64> {
         return Vec::new();
     }
     let value = |x: f64| polynomial.iter().rev().fold(0.0, |sum, c| sum * x + c);
-    let derivative: Vec<f64> = (1..)
-        .zip(&polynomial[1..])
-        .map(|(power, c)| f64::from(power) * c)
-        .collect();
+    let powers = (1..).zip(&polynomial[1..]);
+    let derivative: Vec<f64> = powers.map(|(power, c)| f64::from(power) * c).collect();
     let mut borders = vec![0.0];
     borders.extend(roots(&derivative, end));
     borders.push(end);

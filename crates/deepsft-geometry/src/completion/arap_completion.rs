@@ -130,7 +130,7 @@ impl ArapCompletion {
     /// [`GeometryError::Singular`] when weights differ so much (by 1e15) that the matrix cannot be factorised.
     pub fn complete(&mut self, points: &[VertexPoint], start: Option<&[DVec3]>) -> Result<Completion, GeometryError> {
         let visible = Visible::of(points, &self.welding)?;
-        let from = self.checked_start(start)?;
+        let from = start.map(|start| self.checked_start(start)).transpose()?;
         let from = from.as_deref().unwrap_or(self.welding.mesh().vertices());
         let vertices = self.components.align(from, &visible.points, &visible.weights);
         let mut rotations = vec![DQuat::IDENTITY; vertices.len()];
@@ -195,14 +195,11 @@ impl ArapCompletion {
     }
 
     /// The start's welded vertices.
-    fn checked_start(&self, start: Option<&[DVec3]>) -> Result<Option<Vec<DVec3>>, GeometryError> {
-        let Some(start) = start else {
-            return Ok(None);
-        };
+    fn checked_start(&self, start: &[DVec3]) -> Result<Vec<DVec3>, GeometryError> {
         check_start(start, self.welding.vertices())?;
         match start.iter().position(|p| !p.is_finite()) {
             Some(vertex) => Err(TemplateError::VertexNotFinite(vertex).into()),
-            None => Ok(Some(self.welding.weld(start))),
+            None => Ok(self.welding.weld(start)),
         }
     }
 

@@ -31,16 +31,13 @@ impl Components {
         // One pass sorts the visible vertices by component: there may be many.
         let mut members: Vec<Vec<(DVec3, DVec3, f64)>> = vec![Vec::new(); self.count];
         seen.for_each(|i| members[self.of_vertex[i]].push(pair(i)));
+        let motion = |pairs: &Vec<_>| RigidMotion::align(pairs.iter().copied(), whole);
         let motions: Vec<RigidMotion> = match &members[..] {
             [_] => vec![whole],
-            _ => members
-                .iter()
-                .map(|m| RigidMotion::align(m.iter().copied(), whole))
-                .collect(),
+            _ => members.iter().map(motion).collect(),
         };
-        (from.iter().zip(&self.of_vertex))
-            .map(|(&p, &c)| motions[c].apply(p))
-            .collect()
+        let moved = |(&p, &component): (&DVec3, &usize)| motions[component].apply(p);
+        from.iter().zip(&self.of_vertex).map(moved).collect()
     }
 
     /// `holds`, completed so that each component has something: one vertex of each that has nothing is tied to where

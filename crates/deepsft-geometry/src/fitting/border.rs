@@ -128,29 +128,23 @@ fn paper_end(
         return None;
     }
     let print = print.drawn(&uvs, depth, surface.camera().focal().x);
-    let (least, most) = print
-        .iter()
-        .fold((f32::MAX, f32::MIN), |(low, high), v| (low.min(*v), high.max(*v)));
+    let around = |(low, high): (f32, f32), v: &f32| (low.min(*v), high.max(*v));
+    let (least, most) = print.iter().fold((f32::MAX, f32::MIN), around);
     if most - least > BLANK_LEVELS {
         return None;
     }
-    let strip: Option<Vec<f64>> = (-REACH_PX - STRIP_PX..-REACH_PX)
-        .map(|way| seen(f64::from(way)))
-        .collect();
-    let strip = strip?;
+    let strip = (-REACH_PX - STRIP_PX..-REACH_PX).map(|way| seen(f64::from(way)));
+    let strip = strip.collect::<Option<Vec<f64>>>()?;
     let mean = strip.iter().sum::<f64>() / strip.len() as f64;
     let variance = strip.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / strip.len() as f64;
     let least = LEVELS.max(DEVIATIONS * variance.sqrt());
     // Half a pixel a step.
-    let ways = (-2 * REACH_PX..2 * REACH_PX).map(|half| f64::from(half) / 2.0);
-    let mut first = None;
-    for way in ways {
-        if (seen(way)? - mean).abs() > least {
-            first = Some(way);
-            break;
-        }
+    let mut ways = (-2 * REACH_PX..2 * REACH_PX).map(|half| f64::from(half) / 2.0);
+    // The image may end first, which is no end of the paper.
+    let first = ways.find(|way| seen(*way).is_none_or(|value| (value - mean).abs() > least))?;
+    if seen(first).is_none() || first <= f64::from(-REACH_PX) {
+        return None;
     }
-    let first = first.filter(|first| *first > f64::from(-REACH_PX))?;
     let beside = seen(first + WIDTH_PX)? - mean;
     if beside.abs() < 1.5 * least {
         return None;

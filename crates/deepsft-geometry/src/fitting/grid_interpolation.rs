@@ -97,10 +97,8 @@ mod tests {
             let truth = fine.mesh().vertices().iter().map(shape);
             got.iter().zip(truth).map(|(a, b)| a.distance(b)).fold(0.0, f64::max)
         };
-        let (cubic, linear) = (
-            GridInterpolation::cubic(&coarse, fine.mesh()).unwrap(),
-            GridInterpolation::linear(&coarse, fine.mesh()).unwrap(),
-        );
+        let cubic = GridInterpolation::cubic(&coarse, fine.mesh()).unwrap();
+        let linear = GridInterpolation::linear(&coarse, fine.mesh()).unwrap();
         assert!(worst(&cubic, &tilt) < 1e-9 && worst(&linear, &tilt) < 1e-9);
         // A chord of 20 mm on a radius of 100 mm is 20^2 / 800 = 0.5 mm off; next to the border the cubic is half as good.
         assert!(worst(&cubic, &bend) < 0.25, "{}", worst(&cubic, &bend));

@@ -48,9 +48,7 @@ pub(super) fn best_of_mode_hops<'a>(
                 continue;
             }
             let confirmed = fitter.confirmed(observation, &found)?;
-            let is_another = around
-                .as_ref()
-                .is_some_and(|around| !is_same_place(&found, &around.1, side));
+            let is_another = matches!(&around, Some((_, other, _)) if !is_same_place(&found, other, side));
             let most = around.as_ref().map(|(most, ..)| *most);
             let lesser = match most.filter(|most| *most >= confirmed) {
                 Some(_) => confirmed,
@@ -102,12 +100,8 @@ mod tests {
         };
         let template = Template::thin_shell(Picture::from_fn(600, 400, motif), 300.0, 200.0).unwrap();
         let camera = training_camera();
-        let vertices: Vec<DVec3> = template
-            .mesh()
-            .vertices()
-            .iter()
-            .map(|p| p + 450.0 * DVec3::Z)
-            .collect();
+        let vertices = template.mesh().vertices().iter();
+        let vertices: Vec<DVec3> = vertices.map(|p| p + 450.0 * DVec3::Z).collect();
         let maps = VisibleSurface::new(template.mesh(), &vertices, &camera).maps();
         let image = Picture::from_fn(maps.size().width, maps.size().height, |x, y| {
             let [u, v] = maps.registration()[y * maps.size().width + x];
@@ -122,10 +116,8 @@ mod tests {
         let centre = DVec2::splat(0.5);
         let shift = |columns: f64| {
             let there = centre + DVec2::new(columns / 6.0, 0.0);
-            all.iter()
-                .find(|like| like.of(centre).distance(there) < 0.02)
-                .copied()
-                .unwrap()
+            let leads_there = |like: &&SelfSimilarity| like.of(centre).distance(there) < 0.02;
+            *all.iter().find(leads_there).unwrap()
         };
         let grey = GreyImage::of(&image);
         let mut fitter = CoarseFitter::new(&template, FitOptions::default()).unwrap();

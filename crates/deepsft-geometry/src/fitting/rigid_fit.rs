@@ -136,10 +136,8 @@ mod tests {
         let picture = Picture::from_fn(480, 270, |x, y| [wave(x as f64, y as f64) as u8; 3]);
         let image = ContrastNormalizedImage::new(&picture, 2.0, 10.0);
         // What is printed is what the image shows; then the points are put elsewhere.
-        let (turn, shift) = (
-            DQuat::from_rotation_z(0.02) * DQuat::from_rotation_y(-0.03),
-            DVec3::new(4.0, -3.0, 8.0),
-        );
+        let turn = DQuat::from_rotation_z(0.02) * DQuat::from_rotation_y(-0.03);
+        let shift = DVec3::new(4.0, -3.0, 8.0);
         let centre = DVec3::new(0.0, 0.0, 480.0);
         let mut points = Vec::new();
         for y in (40..230).step_by(6) {
@@ -164,9 +162,9 @@ mod tests {
     fn nothing_printed_moves_nothing() {
         let image = ContrastNormalizedImage::new(&Picture::from_fn(480, 270, |_, _| [90; 3]), 2.0, 10.0);
         let points = [(DVec3::new(0.0, 0.0, 500.0), 0.0), (DVec3::new(30.0, 0.0, 500.0), 0.0)];
-        let placed = rigid_fit(&image, &training_camera(), &points, Robust::Cauchy(0.8), 5);
-        assert_eq!(placed(DVec3::Z), DVec3::Z);
-        let placed = rigid_fit(&image, &training_camera(), &[], Robust::Cauchy(0.8), 5);
-        assert_eq!(placed(DVec3::Z), DVec3::Z);
+        for points in [&points[..], &[]] {
+            let placed = rigid_fit(&image, &training_camera(), points, Robust::Cauchy(0.8), 5);
+            assert_eq!(placed(DVec3::Z), DVec3::Z);
+        }
     }
 }

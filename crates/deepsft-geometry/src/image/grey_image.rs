@@ -74,9 +74,7 @@ mod tests {
         let size = (5, 3).into();
         let half = GreyImage { size, values }.halved_into(vec![7.0; 3]);
         assert_eq!(half.size, (2, 1).into());
-        assert_eq!(
-            half.values,
-            [(1 + 4 + 36 + 49) as f32 / 4.0, (9 + 16 + 64 + 81) as f32 / 4.0]
-        );
+        let means = [(1 + 4 + 36 + 49) as f32 / 4.0, (9 + 16 + 64 + 81) as f32 / 4.0];
+        assert_eq!(half.values, means);
     }
 }

@@ -106,12 +106,7 @@ impl Picture {
     /// a mipmap.
     pub fn halved(&self) -> Self {
         Self::from_fn(self.width() / 2, self.height() / 2, |x, y| {
-            let p = [
-                self.pixel(2 * x, 2 * y),
-                self.pixel(2 * x + 1, 2 * y),
-                self.pixel(2 * x, 2 * y + 1),
-                self.pixel(2 * x + 1, 2 * y + 1),
-            ];
+            let p = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(i, j)| self.pixel(2 * x + i, 2 * y + j));
             std::array::from_fn(|k| {
                 let sum: u16 = p.iter().map(|c| u16::from(c[k])).sum();
                 ((sum + 2) / 4) as u8

@@ -13,10 +13,8 @@ pub(crate) fn erode(mask: &mut [f32], width: usize, margin: usize) {
     }
     let across = mask.to_vec();
     for (y, row) in mask.chunks_exact_mut(width).enumerate() {
-        let near = across
-            .chunks_exact(width)
-            .take(y + margin + 1)
-            .skip(y.saturating_sub(margin));
+        let near = across.chunks_exact(width).take(y + margin + 1);
+        let near = near.skip(y.saturating_sub(margin));
         near.for_each(|other| clear_where_clear(row, other));
     }
 }

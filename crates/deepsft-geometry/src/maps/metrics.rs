@@ -187,10 +187,7 @@ pub(crate) fn central_differences(maps: &Maps, pixel: usize) -> Option<[DVec2; 2
         maps.inside(other) && f64::from((maps.depth()[other] - depth).abs()) <= DEPTH_JUMP * f64::from(depth)
     };
     let (left, right, up, down) = (pixel - 1, pixel + 1, pixel - width, pixel + width);
-    [left, right, up, down].into_iter().all(same_sheet).then(|| {
-        [
-            (maps.uv(right) - maps.uv(left)) / 2.0,
-            (maps.uv(down) - maps.uv(up)) / 2.0,
-        ]
-    })
+    let half = |from: usize, to: usize| (maps.uv(to) - maps.uv(from)) / 2.0;
+    let is_whole = [left, right, up, down].into_iter().all(same_sheet);
+    is_whole.then(|| [half(left, right), half(up, down)])
 }

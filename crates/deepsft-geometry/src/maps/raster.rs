@@ -94,40 +94,32 @@ impl ImageTriangle {
 fn project_mesh(mesh: &TriangleMesh, vertices_camera: &[DVec3], camera: &Camera) -> Vec<Option<ImageTriangle>> {
     let normals = mesh.normals_at(vertices_camera);
     let pixels: Vec<Option<DVec2>> = vertices_camera.iter().map(|&p| camera.project(p)).collect();
-    mesh.faces()
-        .iter()
-        .map(|&face| {
-            let depth = face.map(|v| vertices_camera[v].z);
-            if depth.iter().any(|&z| z < NEAR_MM) {
-                return None;
-            }
-            let [Some(a), Some(b), Some(c)] = face.map(|v| pixels[v]) else {
-                return None;
-            };
-            let corners = [a, b, c];
-            let area = (corners[1] - corners[0]).perp_dot(corners[2] - corners[0]);
-            if area.abs() < 1e-9 {
-                return None;
-            }
-            let barycentric = [0, 1, 2].map(|k| {
-                let (p, q) = (corners[(k + 1) % 3], corners[(k + 2) % 3]);
-                DVec3::new(p.y - q.y, q.x - p.x, p.perp_dot(q)) / area
-            });
-            let interpolate = |value: [f64; 3]| -> Plane { (0..3).map(|k| barycentric[k] * value[k] / depth[k]).sum() };
-            let uv = face.map(|v| mesh.texture_coordinates()[v]);
-            Some(ImageTriangle {
-                corners,
-                barycentric,
-                corner_depths: depth,
-                inverse_depth: interpolate([1.0; 3]),
-                u_over_depth: interpolate(uv.map(|t| t.x)),
-                v_over_depth: interpolate(uv.map(|t| t.y)),
-                normal_over_depth: [0, 1, 2].map(|k| (normals[face[k]] / depth[k]).as_vec3()),
-                // Counter-clockwise from the front is a negative area where y points down.
-                front: area < 0.0,
-            })
+    let project = |face: &[usize; 3]| {
+        let depth = face.map(|v| vertices_camera[v].z);
+        let corners @ [a, b, c] = [pixels[face[0]]?, pixels[face[1]]?, pixels[face[2]]?];
+        let area = (b - a).perp_dot(c - a);
+        if area.abs() < 1e-9 || depth.iter().any(|&z| z < NEAR_MM) {
+            return None;
+        }
+        let barycentric = [0, 1, 2].map(|k| {
+            let (p, q) = (corners[(k + 1) % 3], corners[(k + 2) % 3]);
+            DVec3::new(p.y - q.y, q.x - p.x, p.perp_dot(q)) / area
+        });
+        let interpolate = |value: [f64; 3]| -> Plane { (0..3).map(|k| barycentric[k] * value[k] / depth[k]).sum() };
+        let uv = face.map(|v| mesh.texture_coordinates()[v]);
+        Some(ImageTriangle {
+            corners,
+            barycentric,
+            corner_depths: depth,
+            inverse_depth: interpolate([1.0; 3]),
+            u_over_depth: interpolate(uv.map(|t| t.x)),
+            v_over_depth: interpolate(uv.map(|t| t.y)),
+            normal_over_depth: [0, 1, 2].map(|k| (normals[face[k]] / depth[k]).as_vec3()),
+            // Counter-clockwise from the front is a negative area where y points down.
+            front: area < 0.0,
         })
-        .collect()
+    };
+    mesh.faces().iter().map(project).collect()
 }
 
 /// The region of an image of `size` that some triangles can touch.

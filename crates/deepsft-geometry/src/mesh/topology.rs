@@ -144,14 +144,14 @@ pub(super) fn texture_overlap(mesh: &TriangleMesh) -> f64 {
 
 /// From where to where a triangle reaches in the row at `y`.
 fn across([a, b, c]: [DVec2; 3], y: f64) -> (f64, f64) {
-    let crossings = [[a, b], [b, c], [c, a]]
-        .into_iter()
-        .filter(|[p, q]| (p.y <= y) != (q.y <= y));
-    crossings
-        .map(|[p, q]| p.x + (y - p.y) / (q.y - p.y) * (q.x - p.x))
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
-            (low.min(x), high.max(x))
-        })
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    for [p, q] in [[a, b], [b, c], [c, a]] {
+        if (p.y <= y) != (q.y <= y) {
+            let x = p.x + (y - p.y) / (q.y - p.y) * (q.x - p.x);
+            (low, high) = (low.min(x), high.max(x));
+        }
+    }
+    (low, high)
 }
 
 #[cfg(test)]

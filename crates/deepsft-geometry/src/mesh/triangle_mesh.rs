@@ -30,9 +30,8 @@ impl TriangleMesh {
                 expected: vertices.len(),
             });
         }
-        if let Some(vertex) =
-            (0..vertices.len()).find(|&i| !vertices[i].is_finite() || !texture_coordinates[i].is_finite())
-        {
+        let is_finite = |i: &usize| vertices[*i].is_finite() && texture_coordinates[*i].is_finite();
+        if let Some(vertex) = (0..vertices.len()).find(|i| !is_finite(i)) {
             return Err(TemplateError::VertexNotFinite(vertex));
         }
         for (face, corners) in faces.iter().enumerate() {
