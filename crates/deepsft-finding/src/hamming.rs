@@ -2,45 +2,32 @@
 //! (population counts, on x86-64 beyond its baseline), without `unsafe` here.
 
 use crate::descriptor::Descriptor;
-use pulp::NullaryFnOnce;
 
 /// Writes the distance of `query` to each of `others` and gives the first nearest one: its index and distance. Without others
 /// the distance is the largest number.
 pub(crate) fn distances(query: &Descriptor, others: &[Descriptor], distances: &mut Vec<u16>) -> (usize, u16) {
     distances.resize(others.len(), 0);
-    let work = Distances {
-        query,
-        others,
-        distances,
-    };
     #[cfg(target_arch = "x86_64")]
     if let Some(instructions) = pulp::x86::V3::try_new() {
-        return instructions.vectorize(work);
+        return instructions.vectorize(
+            #[inline(always)]
+            || written(query, others, distances),
+        );
     }
-    work.call()
+    written(query, others, distances)
 }
 
-struct Distances<'a> {
-    query: &'a Descriptor,
-    others: &'a [Descriptor],
-    distances: &'a mut [u16],
-}
-
-impl NullaryFnOnce for Distances<'_> {
-    type Output = (usize, u16);
-
-    // Inlined into the function that is compiled for the machine's instructions.
-    #[inline(always)]
-    fn call(self) -> Self::Output {
-        let (mut nearest, mut least) = (0, u16::MAX);
-        for (i, (other, distance)) in self.others.iter().zip(self.distances).enumerate() {
-            *distance = self.query.distance(other);
-            if *distance < least {
-                (nearest, least) = (i, *distance);
-            }
+// Inlined into the function that is compiled for the machine's instructions.
+#[inline(always)]
+fn written(query: &Descriptor, others: &[Descriptor], distances: &mut [u16]) -> (usize, u16) {
+    let (mut nearest, mut least) = (0, u16::MAX);
+    for (i, (other, distance)) in others.iter().zip(distances).enumerate() {
+        *distance = query.distance(other);
+        if *distance < least {
+            (nearest, least) = (i, *distance);
         }
-        (nearest, least)
     }
+    (nearest, least)
 }
 
 #[cfg(test)]
