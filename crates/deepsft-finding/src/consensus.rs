@@ -58,22 +58,14 @@ pub(crate) fn groups(matches: &[Match], [nearest, farthest]: [f32; 2], place_mm:
             }
         }
     }
-    grouped(matches, &pairs, &confirmed)
-}
-
-/// The connected groups of confirmed matches.
-fn grouped(matches: &[Match], pairs: &[[usize; 2]], confirmed: &[usize]) -> Vec<Vec<Match>> {
+    let is_confirmed = |i: &usize| confirmed[*i] >= FEWEST;
     let mut sets = DisjointSets::new(matches.len());
-    for &[i, j] in pairs {
-        if confirmed[i] >= FEWEST && confirmed[j] >= FEWEST {
-            sets.join(i, j);
-        }
+    for [i, j] in pairs.into_iter().filter(|pair| pair.iter().all(is_confirmed)) {
+        sets.join(i, j);
     }
     let mut groups: Vec<Vec<Match>> = vec![Vec::new(); matches.len()];
-    for (i, m) in matches.iter().enumerate() {
-        if confirmed[i] >= FEWEST {
-            groups[sets.first(i)].push(*m);
-        }
+    for i in (0..matches.len()).filter(is_confirmed) {
+        groups[sets.first(i)].push(matches[i]);
     }
     groups.retain(|g| !g.is_empty());
     groups.sort_by_key(|g| std::cmp::Reverse(g.len()));
@@ -92,13 +84,16 @@ mod tests {
         // A sheet of 200 x 150 mm around a cylinder of radius 70 mm seen from far away, turned by 2 radians, 2 pixels per mm:
         // x = 70 sin(u / 70), so lengths across shrink by cos(u / 70), down to 0.14 at the edges.
         let turn = 2.0_f32;
+        let pixel = |place: Vec2| {
+            let bend = (place.x - 100.0) / 70.0;
+            let flat = Vec2::new(70.0 * bend.sin(), place.y - 75.0) * 2.0;
+            Vec2::from_angle(turn).rotate(flat) + 500.0
+        };
         let mut matches = Vec::new();
         for k in 0..1000 {
             let place = Vec2::new(200.0 * random(), 150.0 * random());
-            let bend = (place.x - 100.0) / 70.0;
-            let flat = Vec2::new(70.0 * bend.sin(), place.y - 75.0) * 2.0;
             let m = Match {
-                pixel: Vec2::from_angle(turn).rotate(flat) + 500.0,
+                pixel: pixel(place),
                 place,
                 // Corners tell angle and scale roughly.
                 angle: -turn + 0.3 * (random() - 0.5),
@@ -112,11 +107,7 @@ mod tests {
             };
             matches.push(if k % 10 == 0 { m } else { wrong });
         }
-        let right = |m: &&Match| {
-            let bend = (m.place.x - 100.0) / 70.0;
-            let flat = Vec2::new(70.0 * bend.sin(), m.place.y - 75.0) * 2.0;
-            m.pixel.distance(Vec2::from_angle(turn).rotate(flat) + 500.0) < 1e-2
-        };
+        let right = |m: &&Match| m.pixel.distance(pixel(m.place)) < 1e-2;
         let groups = groups(&matches, [3.0, 116.0], 2.5);
         let (kept, count) = (groups[0].iter().filter(right).count(), groups[0].len());
         assert!(kept >= 75 && count - kept <= 4, "{kept} right of {count}");

@@ -26,11 +26,8 @@ impl Descriptor {
     // Always: its place may be compiled for instructions beyond the baseline.
     #[inline(always)]
     pub fn distance(&self, other: &Self) -> u16 {
-        self.0
-            .iter()
-            .zip(other.0)
-            .map(|(a, b)| (a ^ b).count_ones() as u16)
-            .sum()
+        let differing = self.0.iter().zip(other.0).map(|(a, b)| (a ^ b).count_ones() as u16);
+        differing.sum()
     }
 
     pub fn of(level: &PyramidLevel, corner: &Corner) -> Self {

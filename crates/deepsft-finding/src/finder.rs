@@ -131,7 +131,7 @@ impl FeatureFinder {
         };
         let mut last = Vec::new();
         for search in SEARCH_PX.map(|search| search * pixel) {
-            last = guided_matches(&seen, &self.target, (self.solver.mesh(), &vertices), search)?;
+            last = guided_matches(&seen, &self.target, (&self.solver.sheet.mesh, &vertices), search)?;
             if last.len() < FEWEST {
                 return Ok(None);
             }
@@ -154,7 +154,7 @@ impl FeatureFinder {
         let pixel = pixel(camera);
         let deviation = FIRST_DEVIATION_PX * pixel;
         let vertices = self.solver.bend(camera, group, start, deviation, true)?;
-        let mesh = (self.solver.mesh(), &vertices[..]);
+        let mesh = (&self.solver.sheet.mesh, &vertices[..]);
         let near = guided_matches(seen, &self.target, mesh, SEARCH_PX[0] * pixel)?;
         if near.len() < FEWEST {
             return Ok(None);

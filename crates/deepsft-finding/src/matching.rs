@@ -146,11 +146,7 @@ mod tests {
         // Only the border and what a level of the pyramid makes of it is like nothing else.
         let inside =
             |m: &&Match| m.place.cmpge(Vec2::splat(40.0)).all() && m.place.cmple(Vec2::new(360.0, 260.0)).all();
-        let inside = found.iter().filter(inside).count();
-        assert!(
-            features.all.len() > 500 && inside * 50 < features.all.len(),
-            "{inside} of {}",
-            features.all.len()
-        );
+        let (inside, all) = (found.iter().filter(inside).count(), features.all.len());
+        assert!(all > 500 && inside * 50 < all, "{inside} of {all}");
     }
 }

@@ -139,10 +139,8 @@ pub(crate) fn resized(picture: &Picture, longest: usize) -> Cow<'_, Picture> {
     }
     let to = |length: usize| ((length * longest) as f64 / side as f64).round().max(1.0) as usize;
     let (width, height) = (to(picture.width()), to(picture.height()));
-    let (across, down) = (
-        picture.width() as f64 / width as f64,
-        picture.height() as f64 / height as f64,
-    );
+    let across = picture.width() as f64 / width as f64;
+    let down = picture.height() as f64 / height as f64;
     // Four samples per pixel: the picture shrinks by less than two.
     Cow::Owned(Picture::from_fn(width, height, |x, y| {
         let mut sum = [0.0_f32; 3];

@@ -5,7 +5,7 @@ use crate::matching::Match;
 use deepsft_geometry::fitting::{FitOptions, GridInterpolation, IsometricMesh};
 use deepsft_geometry::glam::{DMat2, DMat3, DVec2, DVec3};
 use deepsft_geometry::solver::{ImagePoint, Reprojection, Robust};
-use deepsft_geometry::{Camera, GeometryError, Template, TriangleMesh};
+use deepsft_geometry::{Camera, GeometryError, Template};
 
 /// How much larger the cells are than those of the template's own mesh.
 const COARSE_CELLS: usize = 3;
@@ -26,7 +26,7 @@ const AFFINE_STEPS: usize = 8;
 /// The coarse mesh of a sheet.
 #[derive(Debug)]
 pub(crate) struct SheetSolver {
-    sheet: IsometricMesh,
+    pub sheet: IsometricMesh,
     /// From vertices of the mesh to those of the template's own.
     pub to_template: GridInterpolation,
     size_mm: DVec2,
@@ -43,10 +43,6 @@ impl SheetSolver {
         })
     }
 
-    pub fn mesh(&self) -> &TriangleMesh {
-        &self.sheet.mesh
-    }
-
     /// The mesh bent until `matches` project to their pixels. `deviation_px`: their standard deviation. `soft`: it may stretch
     /// at first.
     pub fn bend(
@@ -58,17 +54,13 @@ impl SheetSolver {
         soft: bool,
     ) -> Result<Vec<DVec3>, GeometryError> {
         let weight = INDEPENDENT / matches.len().max(1) as f64 / (deviation_px * deviation_px);
-        let points: Vec<ImagePoint> = matches
-            .iter()
-            .filter_map(|m| {
-                Some(ImagePoint {
-                    point: self.sheet.locator.locate(self.uv(m))?,
-                    pixel: m.pixel.as_dvec2(),
-                    weight,
-                })
-            })
-            .collect();
-        let data = Reprojection::new(self.mesh(), camera, &points, Robust::Cauchy(1.5 * deviation_px))?;
+        let image_point = |m: &Match| {
+            let point = self.sheet.locator.locate(self.uv(m))?;
+            let pixel = m.pixel.as_dvec2();
+            Some(ImagePoint { point, pixel, weight })
+        };
+        let points: Vec<ImagePoint> = matches.iter().filter_map(image_point).collect();
+        let data = Reprojection::new(&self.sheet.mesh, camera, &points, Robust::Cauchy(1.5 * deviation_px))?;
         Ok(match soft {
             true => self.sheet.solve_by_continuation(&[&data], start.to_vec(), STEPS)?,
             false => self.sheet.solve(&[&data], start, STEPS, false)?.vertices,
@@ -156,10 +148,8 @@ impl Affine {
                 return None;
             }
             let matrix = cross * moments.inverse();
-            let errors: Vec<f64> = matches
-                .iter()
-                .map(|m| (matrix * (place(m) - centre_template) + centre_px - pixel(m)).length())
-                .collect();
+            let error = |m: &Match| (matrix * (place(m) - centre_template) + centre_px - pixel(m)).length();
+            let errors: Vec<f64> = matches.iter().map(error).collect();
             let mut sorted = errors.clone();
             sorted.sort_by(f64::total_cmp);
             let scale = (2.0 * sorted[sorted.len() / 2]).max(2.0);
