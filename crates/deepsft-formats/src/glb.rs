@@ -21,11 +21,8 @@ pub fn mesh_to_glb(mesh: &TriangleMesh, texture_png: &[u8]) -> Vec<u8> {
     if mesh.faces().is_empty() {
         return container(&document(&chunk, image, &Value::Null), &chunk.bytes);
     }
-    let positions: Vec<Vec3> = mesh
-        .vertices()
-        .iter()
-        .map(|&p| (to_gltf(p) / 1000.0).as_vec3())
-        .collect();
+    let position = |&p: &DVec3| (to_gltf(p) / 1000.0).as_vec3();
+    let positions: Vec<Vec3> = mesh.vertices().iter().map(position).collect();
     let low = positions.iter().copied().reduce(Vec3::min).unwrap_or_default();
     let high = positions.iter().copied().reduce(Vec3::max).unwrap_or_default();
     let position = chunk.vectors(positions.iter().map(Vec3::to_array));
@@ -34,12 +31,8 @@ pub fn mesh_to_glb(mesh: &TriangleMesh, texture_png: &[u8]) -> Vec<u8> {
     let normals = mesh.normals_at(mesh.vertices());
     let normal = chunk.vectors(normals.iter().map(|n| to_gltf(*n).as_vec3().to_array()));
     let uv = chunk.vectors(mesh.texture_coordinates().iter().map(|uv| uv.as_vec2().to_array()));
-    let corners: Vec<u8> = mesh
-        .faces()
-        .iter()
-        .flatten()
-        .flat_map(|&v| (v as u32).to_le_bytes())
-        .collect();
+    let corners = mesh.faces().as_flattened().iter();
+    let corners: Vec<u8> = corners.flat_map(|&v| (v as u32).to_le_bytes()).collect();
     let indices = chunk.accessor(
         &corners,
         ELEMENT_ARRAY_BUFFER,

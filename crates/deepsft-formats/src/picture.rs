@@ -112,11 +112,10 @@ pub fn encode_png(picture: &Picture) -> Result<Vec<u8>, FormatError> {
 /// [`FormatError::PictureFile`] when there are more or fewer bytes than an image of this size has, or it is too large.
 pub fn encode_pixels(pixels: &[u8], size: ImageSize, color: ExtendedColorType) -> Result<Vec<u8>, FormatError> {
     let expected = size.area().saturating_mul(usize::from(color.bits_per_pixel() / 8));
-    if pixels.len() != expected {
-        return Err(FormatError::picture(format!(
-            "it has {} bytes, expected {expected}",
-            pixels.len()
-        )));
+    let actual = pixels.len();
+    if actual != expected {
+        let reason = format!("it has {actual} bytes, expected {expected}");
+        return Err(FormatError::picture(reason));
     }
     let side = |pixels: usize| u32::try_from(pixels).map_err(FormatError::picture);
     let (width, height) = (side(size.width)?, side(size.height)?);

@@ -99,10 +99,8 @@ mod tests {
             fs::write(folder.path().join(name), name).unwrap();
         }
         remove_unfinished(folder.path()).unwrap();
-        let names = fs::read_dir(folder.path())
-            .unwrap()
-            .map(|entry| entry.unwrap().file_name());
-        let mut names: Vec<_> = names.collect();
+        let left = entries(folder.path()).unwrap();
+        let mut names: Vec<_> = left.iter().map(fs::DirEntry::file_name).collect();
         names.sort();
         assert_eq!(names, ["report.json", "unfinished-"]);
         remove_unfinished(&folder.path().join("none")).unwrap();

@@ -33,7 +33,13 @@ impl FolderLock {
     pub fn acquire(folder: &Path) -> Result<Self, FormatError> {
         let unwritten = |error: io::Error| FormatError::unwritten(folder, format!("it cannot be locked: {error}"));
         fs::create_dir_all(parent(folder)).map_err(unwritten)?;
-        let (folder, path) = folder_and_lock(folder);
+        // By its own name: `.` and links to it are one folder.
+        let folder = match fs::canonicalize(folder) {
+            Ok(folder) => folder,
+            Err(_) => parent(folder).join(folder.file_name().unwrap_or_default()),
+        };
+        let name = folder.file_name().unwrap_or_default().to_string_lossy();
+        let path = folder.with_file_name(format!(".{name}.lock"));
         loop {
             let file = File::options()
                 .create(true)
@@ -54,17 +60,6 @@ impl FolderLock {
             }
         }
     }
-}
-
-/// The folder by its own name, `.` and links to it are one folder, and the file of its lock.
-fn folder_and_lock(folder: &Path) -> (PathBuf, PathBuf) {
-    let folder = match fs::canonicalize(folder) {
-        Ok(folder) => folder,
-        Err(_) => parent(folder).join(folder.file_name().unwrap_or_default()),
-    };
-    let name = folder.file_name().unwrap_or_default().to_string_lossy();
-    let path = folder.with_file_name(format!(".{name}.lock"));
-    (folder, path)
 }
 
 impl Drop for FolderLock {

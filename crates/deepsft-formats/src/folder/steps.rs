@@ -25,10 +25,12 @@ pub(super) mod kill {
 
     /// Removes a file of `folder`, as a kill may leave a folder that is being removed.
     pub fn remove_one_file(folder: &Path) -> io::Result<()> {
-        let mut entries = fs::read_dir(folder).into_iter().flatten().flatten();
-        entries
-            .find(|entry| entry.path().is_file())
-            .map_or(Ok(()), |entry| fs::remove_file(entry.path()))
+        let mut paths = fs::read_dir(folder)
+            .into_iter()
+            .flatten()
+            .flatten()
+            .map(|entry| entry.path());
+        paths.find(|path| path.is_file()).map_or(Ok(()), fs::remove_file)
     }
 
     /// Runs `process` and kills it before step number `step`; returns whether it came that far.

@@ -1,5 +1,6 @@
 //! A process that is killed before any of its steps on the disk.
 
+use super::file::entries;
 use super::steps::kill::{self, CANNOT_EXCHANGE};
 use super::{FolderKind, StagedFolder, recover_folder, write_folder};
 use crate::error::FormatError;
@@ -17,29 +18,24 @@ const KIND: FolderKind = FolderKind {
 fn read(folder: &Path) -> Option<BTreeMap<String, String>> {
     let entries = fs::read_dir(folder).ok()?.map(|entry| entry.unwrap().path());
     let name = |path: &Path| path.file_name().unwrap().to_str().unwrap().to_owned();
-    Some(
-        entries
-            .map(|path| (name(&path), fs::read_to_string(&path).unwrap()))
-            .collect(),
-    )
+    let files = entries.map(|path| (name(&path), fs::read_to_string(&path).unwrap()));
+    Some(files.collect())
 }
 
 /// Kills `process` before each of its steps over an older folder with a file of somebody's own, and runs it again. The
 /// older folder or the new one is whole after the kill, the new one after the second run, with nothing beside it.
 fn holds_at_every_step(process: impl Fn(&Path, bool) -> Result<(), FormatError>) {
-    let files = |pairs: &[(&str, &str)]| {
-        pairs
+    let files = |of_process: &[&str], text: &str| {
+        let files = of_process
             .iter()
-            .map(|&(name, text)| (name.to_owned(), text.to_owned()))
-            .collect()
+            .map(|&name| (name, text))
+            .chain([("notes.txt", "mine")]);
+        files
+            .map(|(name, text)| (name.to_owned(), text.to_owned()))
+            .collect::<BTreeMap<_, _>>()
     };
-    let older: BTreeMap<_, _> = files(&[("mark", "old"), ("first", "old"), ("notes.txt", "mine")]);
-    let newer = files(&[
-        ("mark", "new"),
-        ("first", "new"),
-        ("second", "new"),
-        ("notes.txt", "mine"),
-    ]);
+    let older = files(&["mark", "first"], "old");
+    let newer = files(&["mark", "first", "second"], "new");
     for cannot_exchange in [false, true] {
         CANNOT_EXCHANGE.set(cannot_exchange);
         let mut steps = 0;
@@ -54,11 +50,8 @@ fn holds_at_every_step(process: impl Fn(&Path, bool) -> Result<(), FormatError>)
             let killed = kill::at_step(steps, || told = process(&place, false).err());
             let told = told.map_or(String::new(), |error| error.to_string());
             let is_there = fs::read_to_string(place.join("second")).is_ok();
-            assert_eq!(
-                told.is_empty() || told.contains("it is in its place"),
-                is_there,
-                "step {steps}: {told}"
-            );
+            let says_so = told.is_empty() || told.contains("it is in its place");
+            assert_eq!(says_so, is_there, "step {steps}: {told}");
             let found = |what: &str| format!("{what}, killed before step {steps}, {:?}", read(&place));
             recover_folder(&place).unwrap();
             let mut there = read(&place).unwrap();
@@ -67,10 +60,9 @@ fn holds_at_every_step(process: impl Fn(&Path, bool) -> Result<(), FormatError>)
             assert!(there == older || there == newer, "{}", found("half of a folder"));
             process(&place, true).unwrap();
             assert_eq!(read(&place).unwrap(), newer, "{}", found("not the new one"));
-            let names = fs::read_dir(above.path())
-                .unwrap()
-                .map(|entry| entry.unwrap().file_name());
-            assert_eq!(names.collect::<Vec<_>>(), ["cover"], "{}", found("something beside it"));
+            let left = entries(above.path()).unwrap();
+            let names: Vec<_> = left.iter().map(fs::DirEntry::file_name).collect();
+            assert_eq!(names, ["cover"], "{}", found("something beside it"));
             if !killed {
                 break;
             }
