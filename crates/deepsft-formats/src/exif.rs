@@ -26,19 +26,17 @@ const SAME_SHAPE: f64 = 0.01;
 /// the same shape looks like a resize.
 pub fn camera_from_exif(bytes: &[u8], size: impl Into<ImageSize>) -> Option<Camera> {
     let size = size.into();
+    let sides = size.as_dvec2();
     // Fields are decoded when they are asked for.
-    guarded(|| camera_of(bytes, size)).ok()?
-}
-
-fn camera_of(bytes: &[u8], size: ImageSize) -> Option<Camera> {
-    let exif = Reader::new()
-        .continue_on_error(true)
-        .read_from_container(&mut Cursor::new(bytes))
-        .or_else(|error| error.distill_partial_result(|_| ()))
-        .ok()?;
-    let focal = focal_px(&exif, size.as_dvec2().into())?;
-    let centre = size.as_dvec2() / 2.0;
-    Camera::pinhole(size, DVec2::splat(focal), centre).ok()
+    let focal = || {
+        let mut reader = Reader::new();
+        let read = reader
+            .continue_on_error(true)
+            .read_from_container(&mut Cursor::new(bytes));
+        let exif = read.or_else(|error| error.distill_partial_result(|_| ()));
+        focal_px(&exif.ok()?, sides.into())
+    };
+    Camera::pinhole(size, DVec2::splat(guarded(focal).ok()??), sides / 2.0).ok()
 }
 
 /// Sides in any order: EXIF gives them as the sensor lies.

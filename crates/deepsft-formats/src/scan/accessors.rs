@@ -58,11 +58,9 @@ impl<'a> Buffers<'a> {
             return refused(format!("buffer view {index} has no buffer"));
         };
         let start = whole(view.byte_offset.unwrap_or_default());
-        let bytes = start
-            .checked_add(whole(view.byte_length))
-            .and_then(|end| buffer.get(start..end));
+        let end = start.checked_add(whole(view.byte_length));
         let stride = view.byte_stride.map(|stride| stride.0).filter(|&stride| stride > 0);
-        match bytes {
+        match end.and_then(|end| buffer.get(start..end)) {
             Some(bytes) => Ok((bytes, stride)),
             None => refused(format!(
                 "buffer view {index} reaches beyond its buffer: the file is cut short"
@@ -131,9 +129,8 @@ impl<'a> Buffers<'a> {
             }
         };
         let element = |element: &[u8]| std::array::from_fn(|k| number(&element[k * size..(k + 1) * size]));
-        Ok((bytes[start as usize..].chunks(stride as usize).take(count as usize))
-            .map(element)
-            .collect())
+        let elements = bytes[start as usize..].chunks(stride as usize).take(count as usize);
+        Ok(elements.map(element).collect())
     }
 }
 

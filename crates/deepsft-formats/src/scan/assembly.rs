@@ -43,18 +43,15 @@ pub fn assemble_scan(scan: Scan) -> Result<ScannedTemplate, FormatError> {
         return refused("it has no faces");
     }
     for part in &parts {
+        let name = &part.name;
         if part.texture.is_none() {
             return refused(format!(
-                "its part {:?} names no texture: give one (on the command line with --texture)",
-                part.name
+                "its part {name:?} names no texture: give one (on the command line with --texture)"
             ));
         }
         let finite = |i: &usize| part.positions[*i].is_finite() && part.texture_coordinates[*i].is_finite();
         if let Some(vertex) = (0..part.positions.len()).find(|i| !finite(i)) {
-            return refused(format!(
-                "vertex {vertex} of its part {:?} is not a finite number",
-                part.name
-            ));
+            return refused(format!("vertex {vertex} of its part {name:?} is not a finite number"));
         }
     }
     let mut notes = Vec::new();
@@ -110,17 +107,12 @@ pub fn assemble_scan(scan: Scan) -> Result<ScannedTemplate, FormatError> {
         mesh = TriangleMesh::new(mesh.vertices().to_vec(), mesh.texture_coordinates().to_vec(), faces)?;
         notes.push("the fronts of its faces were inside and have been turned outside".to_owned());
     }
-    if topology.non_manifold_edges > 0 {
-        notes.push(format!(
-            "{} edges belong to more than two faces",
-            topology.non_manifold_edges
-        ));
+    let (edges, pieces) = (topology.non_manifold_edges, topology.pieces);
+    if edges > 0 {
+        notes.push(format!("{edges} edges belong to more than two faces"));
     }
-    if topology.pieces > 1 {
-        notes.push(format!(
-            "it is in {} pieces, which move apart when they deform",
-            topology.pieces
-        ));
+    if pieces > 1 {
+        notes.push(format!("it is in {pieces} pieces, which move apart when they deform"));
     }
     Ok(ScannedTemplate {
         template: Template::of_mesh(mesh, texture)?,

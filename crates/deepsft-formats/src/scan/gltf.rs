@@ -26,10 +26,8 @@ const GLB_HEADER: usize = 12;
 /// nobody needs here, and indexes with what it has not checked. Every index is looked up when it is followed.
 pub(super) fn parts(bytes: &[u8], textures: &mut Textures<'_>) -> Result<Vec<ScanPart>, FormatError> {
     let (json, binary) = if bytes.starts_with(b"glTF") {
-        let length = bytes
-            .get(8..GLB_HEADER)
-            .and_then(|word| word.try_into().ok())
-            .map(u32::from_le_bytes);
+        let word = bytes.get(8..GLB_HEADER).and_then(|word| word.try_into().ok());
+        let length = word.map(u32::from_le_bytes);
         // The crate takes the header's length for at least its own.
         if length.is_none_or(|length| (length as usize) < GLB_HEADER) {
             return refused("it is cut short");
@@ -108,10 +106,8 @@ impl Reading<'_, '_> {
         let material = primitive.material.map(|index| named(self.root, index, "material"));
         let material = material.transpose()?;
         let base = material.and_then(|material| material.pbr_metallic_roughness.base_color_texture.as_ref());
-        if base
-            .and_then(|base| base.extensions.as_ref())
-            .is_some_and(|all| all.texture_transform.is_some())
-        {
+        let extensions = base.and_then(|base| base.extensions.as_ref());
+        if extensions.is_some_and(|all| all.texture_transform.is_some()) {
             return refused("its texture is moved by KHR_texture_transform, which is not read: bake it");
         }
         let attribute = |semantic: Semantic| primitive.attributes.get(&Checked::Valid(semantic)).copied();
@@ -124,27 +120,23 @@ impl Reading<'_, '_> {
                 "it has no texture coordinates (TEXCOORD_{set}): a template needs them"
             ));
         };
-        let positions: Vec<DVec3> = (self.buffers.elements::<3>(positions)?.into_iter())
-            .map(|p| scene_from_node.transform_point3(DVec3::from_array(p)))
-            .collect();
-        let texture_coordinates: Vec<DVec2> = (self.buffers.elements::<2>(uv)?.into_iter())
-            .map(DVec2::from_array)
-            .collect();
-        if texture_coordinates.len() != positions.len() {
-            return refused(format!(
-                "{} texture coordinates for {} vertices",
-                texture_coordinates.len(),
-                positions.len()
-            ));
+        let in_scene = |p: [f64; 3]| scene_from_node.transform_point3(p.into());
+        let positions: Vec<DVec3> = self.buffers.elements(positions)?.into_iter().map(in_scene).collect();
+        let uv = self.buffers.elements(uv)?.into_iter();
+        let texture_coordinates: Vec<DVec2> = uv.map(DVec2::from_array).collect();
+        let (places, vertices) = (texture_coordinates.len(), positions.len());
+        if places != vertices {
+            return refused(format!("{places} texture coordinates for {vertices} vertices"));
         }
         let corners: Vec<usize> = match primitive.indices {
-            Some(indices) => (self.buffers.elements::<1>(indices)?.into_iter())
-                .map(|[index]| index as usize)
-                .collect(),
-            None => (0..positions.len()).collect(),
+            Some(indices) => {
+                let indices = self.buffers.elements(indices)?.into_iter();
+                indices.map(|[index]| index as usize).collect()
+            }
+            None => (0..vertices).collect(),
         };
-        if let Some(index) = corners.iter().find(|&&index| index >= positions.len()) {
-            return refused(format!("a face names vertex {index}, there are {}", positions.len()));
+        if let Some(index) = corners.iter().find(|&&index| index >= vertices) {
+            return refused(format!("a face names vertex {index}, there are {vertices}"));
         }
         let mut faces = corners.as_chunks::<3>().0.to_vec();
         if scene_from_node.determinant() < 0.0 {

@@ -91,10 +91,8 @@ impl Textures<'_> {
 fn inside(name: &str) -> Result<PathBuf, FormatError> {
     let path = PathBuf::from(name.replace('\\', "/"));
     let drive = name.split(['/', '\\']).next().is_some_and(|first| first.ends_with(':'));
-    let within = path
-        .components()
-        .all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
-    if name.is_empty() || drive || !within {
+    let is_within = |part: Component<'_>| matches!(part, Component::Normal(_) | Component::CurDir);
+    if name.is_empty() || drive || !path.components().all(is_within) {
         return refused(format!(
             "it names {name:?}, which is not in its folder: put that file beside the scan, or give one texture for \
              all of it (on the command line --texture)"

@@ -25,11 +25,8 @@ pub fn read_scan(
         pictures: Vec::new(),
         bytes: 0,
     };
-    let ending = Path::new(file_name)
-        .extension()
-        .unwrap_or_default()
-        .to_ascii_lowercase();
-    let (mut parts, mm_per_unit) = match ending.to_str() {
+    let ending = Path::new(file_name).extension().unwrap_or_default();
+    let (mut parts, mm_per_unit) = match ending.to_ascii_lowercase().to_str() {
         Some("obj") => (obj::parts(bytes, &mut textures)?, 1.0),
         Some("glb" | "gltf") => {
             let parts = guarded(|| gltf::parts(bytes, &mut textures));
