@@ -33,6 +33,10 @@ const TELLING: f32 = 0.6;
 /// Times that another bend is tried: what one has brought near, the next uses.
 const MAX_BENDS: usize = 4;
 
+/// Mean distance of vertices within which a bend that derivatives tell is the one that is there already, a fraction of the print's longer
+/// side.
+const SAME_BEND: f64 = 0.003;
+
 /// Solver steps without the image, for each stiffness.
 const CONTINUATION_STEPS: usize = 12;
 
@@ -189,7 +193,7 @@ impl CoarseFitter {
     }
 
     /// The fit from where differential Shape-from-Template puts the registration of `found`, after that has settled in the image without
-    /// isometry. `None` where too little of the image confirms it.
+    /// isometry. `None` where too little of the image confirms that, or where it is the bend that was found.
     fn fitted_by_derivatives(
         &mut self,
         observation: Observation<'_>,
@@ -219,6 +223,9 @@ impl CoarseFitter {
         let start = self.aligned(&measured, camera);
         let coarse = &mut self.mesh_fitter.coarse;
         let start = coarse.solve_by_continuation(&[&reprojection, &depth], start, CONTINUATION_STEPS)?;
+        if found.distance(&start) < SAME_BEND * self.mesh_fitter.template.size_mm().max_element() {
+            return Ok(None);
+        }
         let coarse = &self.mesh_fitter.coarse;
         let measured = measurements_of_mesh(&coarse.mesh, &start, camera);
         let (reprojection, depth) = self.measured_terms(coarse, &measured, camera, self.worth(), |_| 1.0)?;

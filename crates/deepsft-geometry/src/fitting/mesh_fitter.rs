@@ -133,6 +133,12 @@ impl Fitted {
         }
     }
 
+    /// Mean distance of its vertices from `vertices`, mm.
+    pub(crate) fn distance(&self, vertices: &[DVec3]) -> f64 {
+        let ways = self.vertices.iter().zip(vertices).map(|(a, b)| a.distance(*b));
+        ways.sum::<f64>() / vertices.len() as f64
+    }
+
     /// Whether the image confirms more of it than of `other`.
     pub(crate) fn confirms_more_than(&self, other: &Self) -> bool {
         let (own, other) = (&self.correlation, &other.correlation);

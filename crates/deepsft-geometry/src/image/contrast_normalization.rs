@@ -76,6 +76,7 @@ impl ContrastNormalizedImage {
 
     /// As [`Self::sample`]; up to 8 pixels beyond its edge the picture goes on as it ends. A point that may not leave the picture would hold
     /// the mesh there.
+    #[inline]
     pub(crate) fn sample_continued(&self, at: DVec2) -> Option<(f64, DVec2)> {
         let [first, last] = self.shown.map(|end| end + 0.5);
         let inside = at.max(first).min(last - EDGE);
