@@ -143,5 +143,10 @@ fn whole_image_scale(canonical: &Camera, source: &Camera) -> f64 {
         let [right, left] = [offset / limit, -offset / centre].map(|fraction| fraction.max_element());
         1.0 / right.max(left)
     };
-    source.border_rays().map(scale_of).fold(1.0, f64::min).max(MIN_SCALE)
+    source
+        .border_rays()
+        .flatten()
+        .map(scale_of)
+        .fold(1.0, f64::min)
+        .max(MIN_SCALE)
 }

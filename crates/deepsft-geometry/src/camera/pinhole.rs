@@ -219,19 +219,15 @@ impl Camera {
         self.lens.undistort(distorted, self.reach)
     }
 
-    /// Rays (x, y, 1) of places all around the image's border: together they say which rays the image holds.
-    pub(crate) fn border_rays(&self) -> impl Iterator<Item = DVec2> + '_ {
+    /// Rays (x, y, 1) of places at the top, the bottom, the left and the right of the image's border, all along it: together they say
+    /// which rays the image holds.
+    pub(crate) fn border_rays(&self) -> impl Iterator<Item = [DVec2; 4]> + '_ {
         let size = self.size.as_dvec2();
-        let places = (0..=BORDER_PLACES).flat_map(move |k| {
+        (0..=BORDER_PLACES).map(move |k| {
             let at = size * (k as f64 / BORDER_PLACES as f64);
-            [
-                DVec2::new(at.x, 0.0),
-                DVec2::new(at.x, size.y),
-                DVec2::new(0.0, at.y),
-                DVec2::new(size.x, at.y),
-            ]
-        });
-        places.map(|pixel| self.ray_from_pixel(pixel))
+            let places = [(at.x, 0.0), (at.x, size.y), (0.0, at.y), (size.x, at.y)];
+            places.map(|(x, y)| self.ray_from_pixel(DVec2::new(x, y)))
+        })
     }
 
     /// The camera point in mm at depth `depth_mm` (its z) behind an image position: X = rho (x, y, 1).

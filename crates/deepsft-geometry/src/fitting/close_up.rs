@@ -162,15 +162,21 @@ fn fit_with(
     Ok(fitted)
 }
 
-/// The rays of the surface, with a margin, as far as `source` has them in its image. `None` where it has none.
+/// The rays of the surface, with a margin, as far as all of the rectangle lies in `source`'s image. `None` where there are none.
 fn rays(source: &Camera, surface: &Surface, margin: f64) -> Option<Rays> {
-    let around = |rays: &mut dyn Iterator<Item = DVec2>| {
-        let nothing = (DVec2::INFINITY, DVec2::NEG_INFINITY);
-        rays.fold(nothing, |(low, high), ray| (low.min(ray), high.max(ray)))
-    };
+    let everything = (DVec2::NEG_INFINITY, DVec2::INFINITY);
     let before = surface.vertices_camera.iter().filter(|p| p.z > 0.0);
-    let sheet = around(&mut before.map(|p| p.truncate() / p.z));
-    let image = around(&mut source.border_rays());
+    let sheet = before.fold((everything.1, everything.0), |(low, high), p| {
+        let ray = p.truncate() / p.z;
+        (low.min(ray), high.max(ray))
+    });
+    // A lens that distorts bends the sides of its image: inside the innermost of each it has all rays.
+    let image = source
+        .border_rays()
+        .fold(everything, |(low, high), [top, bottom, left, right]| {
+            let (first, last) = (DVec2::new(left.x, top.y), DVec2::new(right.x, bottom.y));
+            (low.max(first), high.min(last))
+        });
     let (low, high) = ((sheet.0 - margin).max(image.0), (sheet.1 + margin).min(image.1));
     (low.is_finite() && high.is_finite() && low.cmplt(high).all()).then_some((low, high))
 }
