@@ -11,16 +11,14 @@ const redDifference = (r, g, b) => 128 + (112 * r - 93.786 * g - 18.214 * b) / 2
  * @param {{ width: number, height: number, rgb: Uint8Array }} picture even sides
  */
 function planes({ width, height, rgb }) {
-  const at = (x, y) => rgb.subarray(3 * (y * width + x), 3 * (y * width + x) + 3);
-  const y = new Uint8Array(width * height);
-  for (let row = 0, i = 0; row < height; row++)
-    for (let column = 0; column < width; column++, i++) y[i] = Math.round(luma(...at(column, row)));
+  const of = (value, pixel) => value(rgb[3 * pixel], rgb[3 * pixel + 1], rgb[3 * pixel + 2]);
+  const y = Uint8Array.from({ length: width * height }, (_, pixel) => Math.round(of(luma, pixel)));
   const chroma = (difference) => {
     const plane = new Uint8Array((width / 2) * (height / 2));
     for (let row = 0, i = 0; row < height; row += 2) {
-      for (let column = 0; column < width; column += 2, i++) {
-        const four = [at(column, row), at(column + 1, row), at(column, row + 1), at(column + 1, row + 1)];
-        plane[i] = Math.round(four.reduce((sum, color) => sum + difference(...color), 0) / 4);
+      for (let pixel = row * width; pixel < (row + 1) * width; pixel += 2, i++) {
+        const above = of(difference, pixel) + of(difference, pixel + 1);
+        plane[i] = Math.round((above + of(difference, pixel + width) + of(difference, pixel + width + 1)) / 4);
       }
     }
     return plane;
