@@ -57,7 +57,8 @@ impl BorderPoint {
 }
 
 impl<'a> Border<'a> {
-    /// Looks for the paper's end in the image `seen`, where it shows anything, along `sides`, two vertices each and one of the sheet beside them, of the mesh at `vertices`.
+    /// Looks for the paper's end in an image, where that shows anything, along `sides`, two vertices each and one of the sheet beside them,
+    /// of the mesh at `vertices`.
     pub(super) fn new(
         sides: &[[usize; 3]],
         vertices: &[DVec3],

@@ -49,9 +49,8 @@ pub(crate) struct Drawing {
 
 impl Drawing {
     /// Draws the front of `surface` and `border` pixels around it, as far as the image is `shown`; only pixels in the mask of `seen` may be
-    /// compared, if it is given.
-    /// Those within `margin` pixels of others are left out: there a mesh that is a little off would be compared with what
-    /// lies beside the object, and creep out over it. Points stand `step` pixels apart; without it there are none.
+    /// compared, if it is given. Those within `margin` pixels of others are left out: there a mesh that is a little off would be compared
+    /// with what lies beside the object, and creep out over it. Points stand `step` pixels apart; without it there are none.
     pub(crate) fn new(
         print: &Print,
         surface: &VisibleSurface,
