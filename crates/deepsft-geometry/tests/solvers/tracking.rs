@@ -270,9 +270,9 @@ fn a_sheet_that_comes_in_fast_is_followed_from_a_late_answer() {
         }
         let is_started = tracker.update(0, Some(&vertices(0))).unwrap() == TrackUpdate::Started;
         if is_started {
-            // A search finds the place, not every bend.
+            // A search finds the place, not every bend: half of a frame's way at most.
             let error = error_px(&tracker, &template, &truth(4));
-            assert!(error < 8.0, "{speed}: {error} px");
+            assert!(error < 15.0, "{speed}: {error} px");
         }
         tracker.update(4, Some(&vertices(4))).unwrap();
         let error = error_px(&tracker, &template, &truth(4));
