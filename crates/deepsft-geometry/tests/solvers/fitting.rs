@@ -352,7 +352,7 @@ fn a_sheet_that_hangs_out_of_the_image_is_not_bent_by_the_image_s_end() {
         let close = fitter.fit_close_ups(&image, &camera, fitted).unwrap();
         // 5.2 mm, 3.2 mm and 7.8 mm where black pixels beyond the image are compared.
         let error = distance(&close, &vertices);
-        assert!(error < 1.8, "{}: {error} mm", camera.size());
+        assert!(error < 2.4, "{}: {error} mm", camera.size());
     }
 }
 
