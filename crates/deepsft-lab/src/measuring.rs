@@ -5,7 +5,7 @@ mod times;
 
 pub use process::{Process, Rival};
 use std::{fs, thread};
-pub use times::{Stopwatch, Times, median, timed};
+pub use times::{Spread, Stopwatch, Times, median, timed};
 
 /// Cores that this process may use.
 pub fn cores() -> usize {

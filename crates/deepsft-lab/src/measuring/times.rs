@@ -1,4 +1,4 @@
-//! Times of repeated work: median, least, most.
+//! Times of repeated work, and where figures lie: median, least, most.
 
 use deepsft_geometry::metrics::Summary;
 use serde::Serialize;
@@ -20,6 +20,31 @@ impl Times {
             median_ms: median(times.iter().copied())?,
             min_ms: times.iter().copied().fold(f64::INFINITY, f64::min),
             max_ms: times.iter().copied().fold(0.0, f64::max),
+        })
+    }
+}
+
+/// Where a figure lies.
+#[derive(Clone, Copy, Serialize)]
+pub struct Spread {
+    pub median: f64,
+    pub mean: f64,
+    pub p95: f64,
+    pub most: f64,
+}
+
+impl Spread {
+    /// The spread of values; `None` when there are none.
+    pub fn of(values: impl IntoIterator<Item = f64>) -> Option<Self> {
+        let mut values: Vec<f64> = values.into_iter().collect();
+        values.sort_unstable_by(f64::total_cmp);
+        let at = |fraction: f64| values[((values.len() - 1) as f64 * fraction).round() as usize];
+        let most = *values.last()?;
+        Some(Self {
+            median: at(0.5),
+            mean: values.iter().sum::<f64>() / values.len() as f64,
+            p95: at(0.95),
+            most,
         })
     }
 }

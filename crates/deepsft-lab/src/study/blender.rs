@@ -1,6 +1,7 @@
 //! `deepsft-lab study blender`: how exact the fit is on frames of another renderer, with the truth beside each.
 
-use crate::{measuring::median, progress::Progress, reading};
+use crate::measuring::{Spread, median};
+use crate::{progress::Progress, reading};
 use anyhow::{Context, Result, ensure};
 use clap::Args;
 use deepsft::{Estimate, Target, TargetFinder, View};
@@ -188,11 +189,8 @@ fn print<'a>(scenes: &str, frames: impl Iterator<Item = &'a Frame> + Clone) {
     print!("| {scenes} | {all} | {found} | {right} | {wrong} |");
     for name in ERRORS {
         let right = frames.clone().filter(|frame| frame.right);
-        let mut errors: Vec<f64> = right.filter_map(|frame| frame.errors.get(name).copied()).collect();
-        errors.sort_unstable_by(f64::total_cmp);
-        let rank = (0.95 * errors.len() as f64).ceil() as usize;
-        match median(errors.iter().copied()) {
-            Some(median) => print!(" **{median:.2}** ({:.2}) |", errors[rank - 1]),
+        match Spread::of(right.filter_map(|frame| frame.errors.get(name).copied())) {
+            Some(errors) => print!(" **{:.2}** ({:.2}) |", errors.median, errors.p95),
             None => print!(" - |"),
         }
     }

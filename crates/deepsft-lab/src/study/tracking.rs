@@ -4,6 +4,7 @@ mod clip_record;
 mod seen_vertices;
 mod summary;
 
+use crate::measuring::Spread;
 use crate::progress::Progress;
 use crate::reading;
 use anyhow::{Context, Result};
@@ -20,7 +21,7 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::time::Instant;
-use summary::{ClipRecord, Recoveries, Spread, Summary};
+use summary::{ClipRecord, Recoveries, Summary};
 
 /// What happens in the clips, in turn.
 const EVENTS: [ClipEvent; 10] = [

@@ -2,7 +2,7 @@
 
 use super::judging::{Attempt, FITTED_PX, FrameResult, START_PX};
 use super::prints::Kind;
-use crate::measuring::median;
+use crate::measuring::{Spread, median};
 use clap::ValueEnum;
 
 /// The row of the best attempts, when there are several finders.
@@ -59,22 +59,13 @@ pub fn print(results: &[FrameResult]) {
 fn errors<'a>(prints: &str, finder: &str, results: impl Iterator<Item = &'a FrameResult>) {
     let attempts = results.filter(|r| r.shown).filter_map(|r| attempt_of(r, finder));
     let right: Vec<_> = attempts.filter(|a| a.is_found && a.is_fitted()).collect();
-    if right.is_empty() {
+    let errors: [fn(&Attempt) -> Option<f64>; 3] = [|a| a.fitted_px, |a| a.points_rmse_mm, |a| a.vertices_rmse_mm];
+    let spreads = errors.map(|error| Spread::of(right.iter().filter_map(|a| error(a))));
+    let [Some(px), Some(points), Some(vertices)] = spreads else {
         return;
-    }
-    let of = |error: fn(&Attempt) -> Option<f64>| {
-        let mut errors: Vec<f64> = right.iter().filter_map(|a| error(a)).collect();
-        errors.sort_unstable_by(f64::total_cmp);
-        let at = |fraction: f64| errors[((fraction * errors.len() as f64).ceil() as usize).max(1) - 1];
-        format!("{:10.2} {:8.2}", at(0.5), at(0.95))
     };
-    println!(
-        "{prints:15} {finder:12} {:6}        {} {} {}",
-        right.len(),
-        of(|a| a.fitted_px),
-        of(|a| a.points_rmse_mm),
-        of(|a| a.vertices_rmse_mm)
-    );
+    let row = [px, points, vertices].map(|errors| format!("{:10.2} {:8.2}", errors.median, errors.p95));
+    println!("{prints:15} {finder:12} {:6}        {}", right.len(), row.join(" "));
 }
 
 fn attempt_of<'a>(result: &'a FrameResult, finder: &str) -> Option<&'a Attempt> {

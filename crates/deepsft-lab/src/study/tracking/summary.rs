@@ -1,6 +1,7 @@
 //! The figures of the study.
 
 use super::clip_record::{Cause, Ending, FrameRecord, Loss, waiting};
+use crate::measuring::Spread;
 use deepsft::session::FrameTimes;
 use deepsft_synth::ClipEvent;
 use serde::Serialize;
@@ -69,37 +70,12 @@ pub struct Recoveries {
     pub unanswered: usize,
 }
 
-/// Where a figure lies.
-#[derive(Clone, Copy, Serialize)]
-pub struct Spread {
-    pub median: f64,
-    pub mean: f64,
-    pub p95: f64,
-    pub most: f64,
-}
-
 /// Milliseconds.
 #[derive(Serialize)]
 pub struct Times {
     pub follow: Option<Spread>,
     pub catch_up: Option<Spread>,
     pub finding: Option<Spread>,
-}
-
-impl Spread {
-    /// The spread of values; `None` when there are none.
-    pub fn of(values: impl IntoIterator<Item = f64>) -> Option<Self> {
-        let mut values: Vec<f64> = values.into_iter().collect();
-        values.sort_unstable_by(f64::total_cmp);
-        let at = |fraction: f64| values[((values.len() - 1) as f64 * fraction).round() as usize];
-        let most = *values.last()?;
-        Some(Self {
-            median: at(0.5),
-            mean: values.iter().sum::<f64>() / values.len() as f64,
-            p95: at(0.95),
-            most,
-        })
-    }
 }
 
 impl Summary {
