@@ -1,5 +1,7 @@
 // Where the surface of a clip's true mesh lies, in space and in the image.
 
+import { depthsOf } from "./silhouettes.mjs";
+
 /** The grid of the poster's template: cells of about 10 mm. */
 const [COLUMNS, ROWS] = [31, 22];
 
@@ -13,6 +15,7 @@ const cross = ([a, b, c], [d, e, f]) => [b * f - c * e, c * d - a * f, a * e - b
 export class TrueSheet {
   #vertices;
   #camera;
+  #depths;
 
   /**
    * @param {Float32Array} vertices (x, y, z) each, camera frame, mm
@@ -55,18 +58,10 @@ export class TrueSheet {
 
   /** The depth of the sheet in each pixel, mm; infinite beside it. */
   depths() {
-    const { width, height } = this.#camera;
-    const depths = new Float64Array(width * height).fill(Infinity);
-    // Denser than pixels.
-    const [across, down] = [1.5 * width, 1.5 * height];
-    for (let j = 0; j <= down; j++) {
-      for (let i = 0; i <= across; i++) {
-        const [x, y, z] = this.project(this.at(i / across, j / down));
-        const pixel = Math.floor(y) * width + Math.floor(x);
-        if (x >= 0 && y >= 0 && x < width && y < height && z < depths[pixel]) depths[pixel] = z;
-      }
-    }
-    return depths;
+    const cell = (/** @type {number} */ i) => [i, i + COLUMNS, i + COLUMNS + 1, i, i + COLUMNS + 1, i + 1];
+    const cells = Array.from({ length: (ROWS - 1) * COLUMNS }, (_, i) => i).filter((i) => i % COLUMNS < COLUMNS - 1);
+    const corners = cells.flatMap(cell).map((i) => [...this.#vertices.subarray(3 * i, 3 * i + 3)]);
+    return (this.#depths ??= depthsOf(corners, this.#camera));
   }
 }
 
