@@ -8,6 +8,11 @@ use crate::mesh::TriangleMesh;
 use crate::verdict::Verdict;
 use glam::DVec3;
 
+/// Least explained fraction of a shape that is determined, and greatest deviation of half of its vertices, as a fraction of their distance.
+/// Of painted prints with less one in two is wrong by several deviations.
+const MIN_EXPLAINED: f64 = 0.8;
+const MAX_DEVIATION: f64 = 0.01;
+
 /// The deformed surface of a template in front of a camera, hidden parts included.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surface {
@@ -21,6 +26,9 @@ pub struct Surface {
     /// Vertices around which the image shows something else than the print: something hides the object. Empty where that is not
     /// judged.
     pub is_hidden: Vec<bool>,
+    /// Standard deviation of the place of each vertex, mm, along the direction in which it is least sure: what the image holds is sure,
+    /// what is hidden or blank is loose. Empty where that is not known: of tracked, coarse and completed meshes.
+    pub deviations: Vec<f32>,
     /// What the image says of the whole.
     pub verdict: Verdict,
 }
@@ -43,6 +51,14 @@ impl Surface {
             }
         }
         maps
+    }
+
+    /// Whether the image determines the shape, and not only that the object is there: it explains the print, and half of the vertices
+    /// are surer than a hundredth of their distance. False where the deviations are not known.
+    pub fn is_shape_determined(&self) -> bool {
+        let sure = |(deviation, p): (&f32, &DVec3)| f64::from(*deviation) < MAX_DEVIATION * p.length();
+        let count = self.deviations.iter().zip(&self.vertices_camera).filter(|at| sure(*at)).count();
+        self.verdict.explained >= MIN_EXPLAINED && 2 * count > self.vertices_camera.len()
     }
 
     /// The deformed mesh, mm, camera frame, with faces and texture coordinates of `template`, the mesh at rest.

@@ -16,7 +16,7 @@ use std::{
 const LINUX: bool = cfg!(target_os = "linux");
 
 /// How long all fuzz targets run together, s.
-const FUZZING_S: u64 = 60;
+const FUZZING_S: u64 = 30;
 
 /// Who asks.
 #[derive(PartialEq, Eq)]

@@ -153,8 +153,9 @@ async function distanceTo(page, truth, scale = 1) {
 /** The page takes a camera for one of 0.79 times the long side; the clips' has 380 of 480: the mesh scales in depth. */
 const AS_ESTIMATED = 380 / (0.79 * 480);
 
-for (const name of ENGINES) {
-  describe(name, { concurrency: 1 }, () => {
+// Side by side: each waits for its own frames.
+describe("engines", { concurrency: true }, () => {
+  for (const name of ENGINES) describe(name, { concurrency: 1 }, () => {
     let page;
     const row = {};
     let refused = 0;
@@ -376,7 +377,7 @@ for (const name of ENGINES) {
       refuses(missing);
     });
   });
-}
+});
 
 /** The mesh in {@link CLIP}'s frame: the clip stands still and is moved on by hand, a few frames to it. */
 async function meshInFrame(page) {

@@ -91,7 +91,7 @@ impl View {
         };
         let observation = Observation::new(&self.image, camera)?;
         let (fitted, linearized) =
-            fitter.round_and(observation, &self.vertices, &round, &[], |isometric, term, fitted| {
+            fitter.round_and(observation, &self.vertices, &round, &[], |isometric, (term, _), fitted| {
                 let (coupling, reduced) = linearized(term, camera, fitted);
                 let solved = isometric.sensitivities(&[term as &dyn Energy], fitted, &coupling)?;
                 Some((coupling, reduced, solved))

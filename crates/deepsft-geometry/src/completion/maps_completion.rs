@@ -52,6 +52,7 @@ impl MapsCompletion {
             vertices_camera: completed.vertices,
             confidence,
             is_hidden: Vec::new(),
+            deviations: Vec::new(),
             verdict: Verdict::default(),
         }))
     }

@@ -50,6 +50,30 @@ pub(super) struct CloseUp {
     pub(super) detail: f64,
 }
 
+impl CloseUp {
+    /// The image that `source` took, as the surface's own camera shows it.
+    pub(super) fn canonical(image: &Picture, source: &Camera, surface: &Surface) -> Result<Self, GeometryError> {
+        Ok(Self {
+            grey: GreyImage::of(&CanonicalWarp::new(source, &surface.camera).apply(image)?),
+            camera: surface.camera,
+            detail: 1.0,
+        })
+    }
+
+    /// The round that says how far the image confirms a mesh.
+    pub(super) fn judging(&self) -> FitRound<'static> {
+        let area = self.camera.size().area() as f64;
+        FitRound {
+            resolution: Resolution::Fine,
+            border: true,
+            window: WINDOW_PX,
+            detail: self.detail,
+            point_step: ((area / MAX_POINTS).sqrt().ceil() as usize).max(POINT_STEP),
+            ..FitRound::new(JUDGED_BLUR_PX, 0)
+        }
+    }
+}
+
 /// The rays (x, y, 1) of a rectangle before a camera: the least x and y, and the greatest.
 type Rays = (DVec2, DVec2);
 
@@ -133,27 +157,21 @@ fn fit_with(
     let first = close_ups.iter().take(1).cycle().take(FIRST_TIMES);
     for close_up in first.chain(close_ups.iter().skip(1)) {
         let observation = Observation::new(&close_up.grey, &close_up.camera)?;
-        let area = close_up.camera.size().area() as f64;
         let is_hidden = fitted
             .as_ref()
             .map_or(is_hidden, |fitted| &fitted.correlation.is_hidden);
         let trust: Vec<f32> = is_hidden.iter().map(|hidden| if *hidden { 0.0 } else { 1.0 }).collect();
-        let round = FitRound {
-            resolution: Resolution::Fine,
-            border: true,
-            window: WINDOW_PX,
+        let judging = FitRound {
             stiffness,
-            detail: close_up.detail,
-            point_step: ((area / MAX_POINTS).sqrt().ceil() as usize).max(POINT_STEP),
-            ..FitRound::new(0.0, STEPS)
+            ..close_up.judging()
         };
         let trusted = (!trust.is_empty()).then_some((&trust[..], 0.5));
-        let rounds = BLURS_PX.map(|blur| FitRound { blur, trusted, ..round });
-        let judging = FitRound {
-            blur: JUDGED_BLUR_PX,
-            steps: 0,
-            ..round
-        };
+        let rounds = BLURS_PX.map(|blur| FitRound {
+            blur,
+            trusted,
+            steps: STEPS,
+            ..judging
+        });
         for round in rounds.iter().chain([&judging]) {
             let start = fitted.as_ref().map_or(start, |fitted| &fitted.vertices);
             fitted = Some(fitter.round(observation, start, round, priors)?);

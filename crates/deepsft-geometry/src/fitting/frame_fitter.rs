@@ -1,8 +1,9 @@
 //! The mesh of one frame.
 
-use super::close_up::{close_ups, fit_through};
+use super::close_up::{CloseUp, close_ups, fit_through};
 use super::coarse_fitter::CoarseFitter;
 use super::measurements::measurements_of_mesh;
+use super::deviations::deviations;
 use super::mesh_fitter::{FitRound, Resolution};
 use super::mode_hops::{MIN_PROMISING, best_of_mode_hops};
 use super::observation::Observation;
@@ -121,12 +122,14 @@ impl FrameFitter {
             confidence: correlation.confidence,
             // A network's mask leaves out what hides the object.
             is_hidden: if is_whole { correlation.is_hidden } else { Vec::new() },
+            deviations: Vec::new(),
         }))
     }
 
     /// Fits a surface that was found in a smaller image to the pixels of the camera's own `image`: in close-ups of the sheet, up to the
     /// resolution of the image or of the print, whichever is less. A softer mesh is taken where it explains more of the image. The
-    /// surface stays as it is where the image shows no more detail.
+    /// surface stays where it is where the image shows no more detail. In any case it says how sure each vertex is
+    /// ([`Surface::deviations`]).
     ///
     /// # Errors
     /// [`GeometryError::MapSize`] when image and camera are not of one size, [`GeometryError::StartLength`] when the surface does not
@@ -149,7 +152,9 @@ impl FrameFitter {
         let fitter = &mut self.coarse.mesh_fitter;
         let close_ups = close_ups(image, camera, &surface, &fitter.print)?;
         let Some(fitted) = fit_through(fitter, &close_ups, &surface, &[&reprojection, &depth])? else {
-            return Ok(surface);
+            let canonical = CloseUp::canonical(image, camera, &surface)?;
+            let deviations = deviations(fitter, &canonical, &surface)?;
+            return Ok(Surface { deviations, ..surface });
         };
         let correlation = fitted.correlation;
         // A fit that was too bad to be tried elsewhere says nothing of a print that looks like itself only when it is blurred.
@@ -157,7 +162,7 @@ impl FrameFitter {
         if ambiguity.is_some() && surface.verdict.correlation < MIN_PROMISING && !self.is_alike_in_detail() {
             ambiguity = None;
         }
-        Ok(Surface {
+        let fitted = Surface {
             vertices_camera: fitted.vertices,
             verdict: correlation.verdict(ambiguity),
             confidence: correlation.confidence,
@@ -167,6 +172,11 @@ impl FrameFitter {
                 correlation.is_hidden
             },
             ..surface
+        };
+        let last = close_ups.last().map(|last| deviations(&mut self.coarse.mesh_fitter, last, &fitted));
+        Ok(Surface {
+            deviations: last.transpose()?.unwrap_or_default(),
+            ..fitted
         })
     }
 

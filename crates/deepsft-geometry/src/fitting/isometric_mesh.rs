@@ -3,7 +3,7 @@
 use crate::error::GeometryError;
 use crate::mesh::{SurfaceLocator, TriangleMesh};
 use crate::solver::{Bending, Energy, Isometry, MeshSolver, Solution, SolveOptions};
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 /// Fractions of the weight of isometry: of a sheet that stretches as the image wants it, of crumpled paper, whose cells shrink, of folded
 /// paper, and of a smooth sheet. A mesh far from its place is solved with the last three in turn, by continuation.
@@ -114,6 +114,18 @@ impl IsometricMesh {
         all.push(&self.isometry[Stiffness::WHOLE.0]);
         all.push(&self.bending);
         self.solver.sensitivities(&all, vertices, right_hand_sides)
+    }
+
+    /// As [`MeshSolver::covariances`], with `terms`, isometry and bending.
+    pub(crate) fn covariances(
+        &mut self,
+        terms: &[&dyn Energy],
+        vertices: &[DVec3],
+    ) -> Option<Vec<DMat3>> {
+        let mut all = terms.to_vec();
+        all.push(&self.isometry[Stiffness::WHOLE.0]);
+        all.push(&self.bending);
+        self.solver.covariances(&all, vertices)
     }
 
     /// As [`IsometricMesh::solve`], with this stiffness.

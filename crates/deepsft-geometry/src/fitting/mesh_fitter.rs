@@ -199,9 +199,19 @@ impl MeshFitter {
         self.to_coarse.apply(fine)
     }
 
+    /// Numbers of the coarse mesh's vertices as the fine mesh's.
+    pub(crate) fn fine_scalars(&self, coarse: &[f32]) -> Vec<f32> {
+        self.to_fine_linear.apply_scalars(coarse)
+    }
+
+    /// Numbers of the fine mesh's vertices as the coarse mesh's.
+    pub(crate) fn coarse_scalars(&self, fine: &[f32]) -> Vec<f32> {
+        self.to_coarse.apply_scalars(fine)
+    }
+
     /// Confidences of the coarse mesh's vertices as the fine mesh's.
     pub(crate) fn fine_confidence(&self, coarse: &[f32]) -> Vec<f32> {
-        let mut fine = self.to_fine_linear.apply_scalars(coarse);
+        let mut fine = self.fine_scalars(coarse);
         // Rounding may have left the range.
         fine.iter_mut()
             .for_each(|confidence| *confidence = confidence.clamp(0.0, 1.0));
@@ -221,14 +231,14 @@ impl MeshFitter {
         Ok(fitted)
     }
 
-    /// As [`MeshFitter::round`], and what `then` makes of the term that held the mesh to the image, where the mesh ended.
+    /// As [`MeshFitter::round`], and what `then` makes of the terms that held the mesh to the image, where the mesh ended.
     pub(crate) fn round_and<T>(
         &mut self,
         Observation { grey, camera }: Observation<'_>,
         start: &[DVec3],
         round: &FitRound<'_>,
         priors: &[&dyn Energy],
-        then: impl FnOnce(&mut IsometricMesh, &PhotoConsistency<'_>, &[DVec3]) -> T,
+        then: impl FnOnce(&mut IsometricMesh, (&PhotoConsistency<'_>, &[&dyn Energy]), &[DVec3]) -> T,
     ) -> Result<(Fitted, T), GeometryError> {
         let (print, robust) = (&self.print, self.robust);
         let isometric = match round.resolution {
@@ -269,6 +279,7 @@ impl MeshFitter {
             .border
             .then(|| Border::new(&isometric.border, start, &surface, print, (grey, &shown), round.detail));
         terms.extend(border.iter().map(|border| border as &dyn Energy));
+        let of_image = terms.clone();
         terms.extend(priors);
         let solution = isometric.solve_with(round.stiffness, &terms, &vertices, round.steps, round.is_near)?;
         let correlation = Correlation {
@@ -276,7 +287,7 @@ impl MeshFitter {
             point_px: (round.point_step as f64 / round.detail).powi(2),
             ..Correlation::of(&isometric.mesh, camera, &image, &points, &solution.vertices)
         };
-        let then = then(isometric, &photo_consistency, &solution.vertices);
+        let then = then(isometric, (&photo_consistency, &of_image), &solution.vertices);
         let fitted = Fitted {
             vertices: solution.vertices,
             correlation,

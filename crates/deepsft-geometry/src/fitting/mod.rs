@@ -18,6 +18,7 @@ mod border;
 mod close_up;
 mod coarse_fitter;
 mod correlation;
+mod deviations;
 mod differential;
 mod frame_fitter;
 mod grid_interpolation;

@@ -5,7 +5,7 @@ use super::mean_edge_length::mean_edge_length;
 use super::normal_equations::NormalEquations;
 use crate::error::{GeometryError, check_start};
 use crate::mesh::TriangleMesh;
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 /// Damping below which there is none in effect: keeps a singular system solvable at the price of 1e-9
 /// of a step where it is not.
@@ -286,6 +286,13 @@ impl MeshSolver {
             x
         });
         Some((solved, self.equations.step()))
+    }
+
+    /// The blocks of the vertices in H^-1, with H = J^T W J of `terms` at `vertices`. `None` where H is singular.
+    pub(crate) fn covariances(&mut self, terms: &[&dyn Energy], vertices: &[DVec3]) -> Option<Vec<DMat3>> {
+        self.linearize(terms, vertices).ok()?;
+        self.equations.factorize(&self.added(MIN_DAMPING)).ok()?;
+        Some((0..vertices.len()).map(|v| self.equations.inverse_block(v)).collect())
     }
 
     fn linearize(&mut self, terms: &[&dyn Energy], vertices: &[DVec3]) -> Result<(), GeometryError> {

@@ -113,6 +113,18 @@ impl NormalEquations {
         step_against(&mut self.cholesky, gradient)
     }
 
+    /// The block of a vertex in the inverse of the matrix that was factorised last.
+    pub(crate) fn inverse_block(&mut self, vertex: usize) -> DMat3 {
+        let n = 3 * self.gradient.len();
+        let mut columns = vec![0.0; 3 * n];
+        for k in 0..3 {
+            columns[k * n + 3 * vertex + k] = 1.0;
+        }
+        self.cholesky.solve(&mut columns);
+        let column = |k: usize| DVec3::from_slice(&columns[k * n + 3 * vertex..]);
+        DMat3::from_cols(column(0), column(1), column(2))
+    }
+
     /// Blocks of the pairs of a triangle's vertices, in the order of two nested loops; `None` where some are not coupled.
     fn blocks_of(&mut self, triangle: [usize; 3]) -> Option<[usize; 6]> {
         if self.triangle.0 != triangle {

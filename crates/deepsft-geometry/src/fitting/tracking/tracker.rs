@@ -393,6 +393,7 @@ impl Tracker {
                 vertices_camera: fit.fine_vertices(&mesh.vertices),
                 confidence: fit.fine_confidence(&mesh.correlation.confidence),
                 is_hidden: Vec::new(),
+                deviations: Vec::new(),
                 verdict: mesh.correlation.verdict(None),
             }),
             held: remembered.held,
