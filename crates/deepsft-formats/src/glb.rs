@@ -14,8 +14,9 @@ const FLOAT: u32 = 5126;
 const UNSIGNED_INT: u32 = 5125;
 
 /// The bytes of a `.glb` file: `mesh` (mm, camera frame) with smooth normals and `texture_png` on both
-/// sides. A mesh without faces gives a valid file with an empty scene.
-pub fn mesh_to_glb(mesh: &TriangleMesh, texture_png: &[u8]) -> Vec<u8> {
+/// sides. `deviations` (mm, one a vertex, or none at all) become the attribute `_DEVIATION`. A mesh without faces gives a valid file with
+/// an empty scene.
+pub fn mesh_to_glb(mesh: &TriangleMesh, texture_png: &[u8], deviations: &[f32]) -> Vec<u8> {
     let mut chunk = BinaryChunk::default();
     let image = chunk.view(texture_png, None);
     if mesh.faces().is_empty() {
@@ -38,11 +39,19 @@ pub fn mesh_to_glb(mesh: &TriangleMesh, texture_png: &[u8]) -> Vec<u8> {
         ELEMENT_ARRAY_BUFFER,
         json!({"componentType": UNSIGNED_INT, "count": 3 * mesh.faces().len(), "type": "SCALAR"}),
     );
-    let primitive = json!({
+    let mut primitive = json!({
         "attributes": {"POSITION": position, "NORMAL": normal, "TEXCOORD_0": uv},
         "indices": indices,
         "material": 0,
     });
+    if !deviations.is_empty() {
+        let numbers: Vec<u8> = deviations
+            .iter()
+            .flat_map(|deviation| deviation.to_le_bytes())
+            .collect();
+        let description = json!({"componentType": FLOAT, "count": deviations.len(), "type": "SCALAR"});
+        primitive["attributes"]["_DEVIATION"] = chunk.accessor(&numbers, ARRAY_BUFFER, description).into();
+    }
     container(&document(&chunk, image, &primitive), &chunk.bytes)
 }
 

@@ -88,7 +88,7 @@ pub(crate) fn seeds() -> Result<Vec<Vec<u8>>> {
     let data = |kind: &str, content: &[u8]| format!("data:{kind};base64,{}", STANDARD.encode(content));
     let coded = json!({"byteLength": 52, "uri": data("application/octet-stream", &buffer)});
     Ok(vec![
-        mesh_to_glb(&template::small_mesh()?, &texture),
+        mesh_to_glb(&template::small_mesh()?, &texture, &[]),
         join(&[
             &document(within, json!({"bufferView": 3, "mimeType": "image/png"})),
             &whole,

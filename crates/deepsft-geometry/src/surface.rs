@@ -57,7 +57,12 @@ impl Surface {
     /// are surer than a hundredth of their distance. False where the deviations are not known.
     pub fn is_shape_determined(&self) -> bool {
         let sure = |(deviation, p): (&f32, &DVec3)| f64::from(*deviation) < MAX_DEVIATION * p.length();
-        let count = self.deviations.iter().zip(&self.vertices_camera).filter(|at| sure(*at)).count();
+        let count = self
+            .deviations
+            .iter()
+            .zip(&self.vertices_camera)
+            .filter(|at| sure(*at))
+            .count();
         self.verdict.explained >= MIN_EXPLAINED && 2 * count > self.vertices_camera.len()
     }
 

@@ -26,6 +26,8 @@ export interface RawEstimate {
   found: boolean;
   /** How well the image agrees with the template seen through the registration, 0 to 1. */
   confidence: number;
+  /** Whether the image determines the shape too. */
+  shapeDetermined: boolean;
   /** The name of the finder that gave the maps. */
   by: "network" | "features" | null;
   /** The mesh of the maps, where one was fitted on the way. */
@@ -57,6 +59,7 @@ pub fn estimate_object(estimate: &Estimate, times: EstimateTimes, features_ms: f
         ("canonical", rgba(&estimate.canonical).into()),
         ("found", estimate.judgement.found.into()),
         ("confidence", estimate.judgement.confidence.into()),
+        ("shapeDetermined", estimate.judgement.shape_determined.into()),
         ("by", estimate.by.map_or(JsValue::NULL, |by| by.name().into())),
         ("fitted", fitted.map_or(JsValue::NULL, JsValue::from)),
         ("times", times.into()),

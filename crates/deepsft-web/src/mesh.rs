@@ -13,6 +13,8 @@ export interface RawSurface {
   vertices: Float32Array;
   /** How far the image confirms each vertex, 0 to 1; of a completion 1 where the maps show it, else 0. */
   confidence: Float32Array;
+  /** Standard deviation of each place, mm, along the direction in which it is least sure; empty where that is not known. */
+  deviations: Float32Array;
 }
 /** One frame with the whole mesh in it. */
 export interface RawMesh {
@@ -30,6 +32,7 @@ pub fn surface_object(surface: &Surface) -> Object {
     object([
         ("vertices", positions(&surface.vertices_camera).into()),
         ("confidence", Float32Array::from(surface.confidence.as_slice()).into()),
+        ("deviations", Float32Array::from(surface.deviations.as_slice()).into()),
     ])
 }
 

@@ -14,6 +14,8 @@ pub struct Judgement {
     pub confidence: f32,
     /// Fraction of the image that the mask covers.
     pub area: f32,
+    /// Whether the image determines the shape too ([`Surface::is_shape_determined`]); false of a network's own maps.
+    pub shape_determined: bool,
 }
 
 impl Judgement {
@@ -23,6 +25,7 @@ impl Judgement {
             found: surface.verdict.is_found(),
             confidence: surface.verdict.explained as f32,
             area: Self::area_of(maps),
+            shape_determined: surface.is_shape_determined(),
         }
     }
 

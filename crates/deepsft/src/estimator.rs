@@ -269,6 +269,7 @@ impl Estimator {
             found: self.covers_enough(area) && confidence >= self.found.min_confidence,
             confidence: confidence as f32,
             area,
+            shape_determined: false,
         })
     }
 

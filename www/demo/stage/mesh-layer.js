@@ -13,7 +13,9 @@ import { VERTEX_SHADER } from "./stage-shader.js";
 /** @import { ObjectLayer } from "./object-layer.js" */
 /** @import { VertexLight } from "deepsft/light" */
 
-/** Numbers per corner in the buffer that each frame fills: position, normal, confidence and fraction seen. */
+/** A vertex whose standard deviation is more than this fraction of its depth is loose, as in the rule for a shape that is determined. */
+const LOOSE = 0.01;
+/** Numbers per corner in the buffer that each frame fills: position, normal, confidence (2 less where it is loose) and fraction seen. */
 const STRIDE = 8;
 
 /**
@@ -140,7 +142,7 @@ export class MeshLayer {
    * @param {SurfaceMesh} mesh
    * @param {Float32Array} seen fraction of each vertex's surroundings that nothing covers, 0 to 1
    */
-  setMesh({ vertices, normals, confidence }, seen) {
+  setMesh({ vertices, normals, confidence, deviations }, seen) {
     const [gl, filled] = [this.#gl, this.#filled];
     this.#faces.forEach((vertex, corner) => {
       const at = STRIDE * corner;
@@ -148,7 +150,7 @@ export class MeshLayer {
         filled[at + k] = vertices[3 * vertex + k];
         filled[at + 3 + k] = normals[3 * vertex + k];
       }
-      filled[at + 6] = confidence[vertex];
+      filled[at + 6] = confidence[vertex] - (deviations[vertex] > LOOSE * vertices[3 * vertex + 2] ? 2 : 0);
       filled[at + 7] = seen[vertex];
     });
     gl.bindBuffer(gl.ARRAY_BUFFER, this.#corners);

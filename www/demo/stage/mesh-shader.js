@@ -17,7 +17,7 @@ export const MESH_VERTEX_SHADER = `#version 300 es
 precision highp float;
 layout(location = 0) in vec3 a_position;   // camera frame, mm
 layout(location = 1) in vec3 a_normal;
-layout(location = 2) in vec2 a_seen;       // confidence, fraction not covered by something else
+layout(location = 2) in vec2 a_seen;       // confidence (2 less where the mesh is loose), fraction not covered by something else
 layout(location = 3) in vec2 a_uv;
 layout(location = 4) in float a_diagonal;  // corner opposite the edge that only halves a cell of the grid; -1 for none
 layout(location = 5) in float a_light;     // on a painted paper, its power
@@ -145,9 +145,12 @@ vec4 wire(vec2 border) {
   float triangle = 1.0 / max(max(fwidth(v_corner.x), fwidth(v_corner.y)), fwidth(v_corner.z));
   float line = max(max(lines.x, lines.y), lines.z) * mix(0.6, 0.85, smoothstep(3.0, 10.0, triangle));
   float rim = 1.0 - smoothstep(u_lineWidth - 0.5, u_lineWidth + 0.5, min(border.x, border.y));
-  vec3 tone = mix(vec3(1.0, 0.56, 0.36), vec3(0.45, 1.0, 0.82), smoothstep(0.15, 0.6, v_seen.x));
+  bool isLoose = v_seen.x < -0.5;
+  vec3 tone = mix(vec3(1.0, 0.56, 0.36), vec3(0.45, 1.0, 0.82), smoothstep(0.15, 0.6, v_seen.x + (isLoose ? 2.0 : 0.0)));
   float covered = mix(0.35, 1.0, smoothstep(0.3, 0.7, v_seen.y));
   float ink = max(line, rim) * covered;
+  // Lines are broken where the mesh is loose.
+  if (isLoose && fract((gl_FragCoord.x + gl_FragCoord.y) / (10.0 * u_lineWidth)) > 0.5) ink = 0.0;
   // A veil behind the lines, so that they are read on any print.
   float veil = 0.42 * covered;
   return vec4(mix(vec3(0.03, 0.06, 0.075), tone, ink) * max(ink, veil), max(ink, veil));

@@ -108,6 +108,8 @@ export class Estimate {
      * visible print that the image confirms; docs/targets.md says from where on it counts as found.
      */
     this.confidence = raw.confidence;
+    /** Whether the image determines the whole shape, and not only that the target is there: its depth is to be believed. */
+    this.shapeDetermined = raw.shapeDetermined;
     /** What gave the maps: the model's network, or the features of a picture; null when nothing was seen. */
     this.by = raw.by;
     /** Distance along the optical axis, mm; -1 outside the object. */

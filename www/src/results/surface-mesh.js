@@ -30,11 +30,11 @@ export class SurfaceMesh {
   #normals = null;
 
   /**
-   * @param {RawSurface} raw
+   * @param {Omit<RawSurface, "deviations"> & Partial<RawSurface>} raw
    * @param {MeshTopology} topology
    * @param {MeshMethod} method
    */
-  constructor({ vertices, confidence }, { faces, textureCoordinates }, method) {
+  constructor({ vertices, confidence, deviations = new Float32Array() }, { faces, textureCoordinates }, method) {
     /** (x, y, z) of each vertex, mm, camera frame: x right, y down, z forward. */
     this.vertices = vertices;
     /**
@@ -42,6 +42,11 @@ export class SurfaceMesh {
      * finder sees the vertex, else 0.
      */
     this.confidence = confidence;
+    /**
+     * Standard deviation of the place of each vertex, mm, along the direction in which it is least sure: what is hidden or blank is
+     * loose. Known of a mesh that was fitted to one image; else empty.
+     */
+    this.deviations = deviations;
     /** Three vertex indices per face, counter-clockwise seen from the printed side. The same array for every frame. */
     this.faces = faces;
     /** (u, v) of each vertex in the template's picture, v down. The same array for every frame. */

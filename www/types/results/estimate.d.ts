@@ -85,6 +85,8 @@ export declare class Estimate {
      * visible print that the image confirms; docs/targets.md says from where on it counts as found.
      */
     confidence: number;
+    /** Whether the image determines the whole shape, and not only that the target is there: its depth is to be believed. */
+    shapeDetermined: boolean;
     /** What gave the maps: the model's network, or the features of a picture; null when nothing was seen. */
     by: "features" | "network" | null;
     /** Distance along the optical axis, mm; -1 outside the object. */

@@ -28,6 +28,11 @@ export declare class SurfaceMesh {
      * finder sees the vertex, else 0.
      */
     confidence: Float32Array<ArrayBufferLike>;
+    /**
+     * Standard deviation of the place of each vertex, mm, along the direction in which it is least sure: what is hidden or blank is
+     * loose. Known of a mesh that was fitted to one image; else empty.
+     */
+    deviations: Float32Array<ArrayBufferLike>;
     /** Three vertex indices per face, counter-clockwise seen from the printed side. The same array for every frame. */
     faces: Uint32Array<ArrayBufferLike>;
     /** (u, v) of each vertex in the template's picture, v down. The same array for every frame. */
@@ -35,11 +40,11 @@ export declare class SurfaceMesh {
     /** Where it comes from. */
     method: MeshMethod;
     /**
-     * @param {RawSurface} raw
+     * @param {Omit<RawSurface, "deviations"> & Partial<RawSurface>} raw
      * @param {MeshTopology} topology
      * @param {MeshMethod} method
      */
-    constructor({ vertices, confidence }: RawSurface, { faces, textureCoordinates }: MeshTopology, method: MeshMethod);
+    constructor({ vertices, confidence, deviations }: Omit<RawSurface, "deviations"> & Partial<RawSurface>, { faces, textureCoordinates }: MeshTopology, method: MeshMethod);
     /**
      * Unit normals (x, y, z) of the vertices, camera frame: the mean of the faces around each, by their area. They point away
      * from the printed side's back: towards the camera where the print is seen.

@@ -10,7 +10,9 @@ use anyhow::{Context, Result};
 use clap::Args;
 use deepsft::{DeviceKind, Estimate, FinderKind, Judgement, TargetFinder, View, encode_png};
 use deepsft_formats::{FolderKind, StagedFolder};
-use deepsft_geometry::{Camera, Maps, MeshRecovery, Picture, TriangleMesh, photo_consistency_error, visible_surface};
+use deepsft_geometry::{
+    Camera, Maps, MeshRecovery, Picture, Surface, TriangleMesh, photo_consistency_error, visible_surface,
+};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -103,6 +105,10 @@ struct Report {
     found_by: Option<FinderKind>,
     /// 0 to 1: how well the template explains the image.
     confidence: f32,
+    /// Whether the image determines the shape, and not only that the object is there.
+    shape_determined: bool,
+    /// Median and 95th percentile of the standard deviations of the mesh's vertices, mm; null where they are not known.
+    deviation_mm: Option<[f32; 2]>,
     /// Fraction of the canonical image that the object covers.
     mask_area: f32,
     /// Whether the maps are those of a mesh; absent when none was asked for. False when the object was not found or too little of it
@@ -215,13 +221,16 @@ impl Object {
         // What was not found is shown as the finder saw it, and no mesh of it.
         let judgement = &estimate.judgement;
         let surface = estimate.surface.as_ref().filter(|_| judgement.found);
-        let whole = surface.map(|surface| surface.mesh(template.mesh())).transpose()?;
+        let whole = surface.map(|surface| Ok::<_, anyhow::Error>((surface, surface.mesh(template.mesh())?)));
+        let whole = whole.transpose()?;
         let report = Report {
             image: path.display().to_string(),
             object: self.name.clone(),
             found: judgement.found,
             found_by: estimate.by,
             confidence: judgement.confidence,
+            shape_determined: judgement.found && judgement.shape_determined,
+            deviation_mm: surface.and_then(deviation_range),
             mask_area: judgement.area,
             mesh_taken: asks_for_mesh.then_some(whole.is_some()),
             depth_mm: depth_range(&estimate.maps),
@@ -245,7 +254,11 @@ impl Object {
     }
 
     /// The results by file name, all but the report.
-    fn files(&self, estimate: &Estimate, whole: Option<&TriangleMesh>) -> Result<BTreeMap<String, Vec<u8>>> {
+    fn files(
+        &self,
+        estimate: &Estimate,
+        whole: Option<&(&Surface, TriangleMesh)>,
+    ) -> Result<BTreeMap<String, Vec<u8>>> {
         let (maps, canonical) = (&estimate.maps, &estimate.canonical);
         let columns = maps.size().width;
         let template = self.finder.target().template();
@@ -265,6 +278,12 @@ impl Object {
                 ],
             },
         ];
+        let deviations = whole.filter(|(surface, _)| !surface.deviations.is_empty());
+        let deviations = deviations.map(|(surface, _)| sheet::Row {
+            caption: String::new(),
+            panels: vec![panels::deviation("standard deviation", surface, template.mesh())],
+        });
+        let rows_of_panels: Vec<_> = rows_of_panels.into_iter().chain(deviations).collect();
         let sheet = sheet::sheet(&rows_of_panels).context("a sheet has panels")?;
         let mesh = visible_surface(maps, &estimate.canonical_camera)?;
         let registration = maps.registration().iter().flatten().copied();
@@ -277,9 +296,12 @@ impl Object {
             ),
             ("mask.npy", deepsft_formats::bool_npy(&[columns], maps.mask())?),
             ("sheet.png", encode_png(&sheet)?),
-            ("mesh.glb", deepsft_formats::mesh_to_glb(&mesh, &self.texture_png)),
+            ("mesh.glb", deepsft_formats::mesh_to_glb(&mesh, &self.texture_png, &[])),
         ];
-        let whole = whole.map(|whole| ("whole-mesh.glb", deepsft_formats::mesh_to_glb(whole, &self.texture_png)));
+        let glb = |(surface, mesh): &(&Surface, TriangleMesh)| {
+            deepsft_formats::mesh_to_glb(mesh, &self.texture_png, &surface.deviations)
+        };
+        let whole = whole.map(|whole| ("whole-mesh.glb", glb(whole)));
         let files = files.into_iter().chain(whole);
         Ok(files.map(|(name, bytes)| (name.to_owned(), bytes)).collect())
     }
@@ -328,7 +350,15 @@ fn network_only(
 /// Whether the object was found and how sure that is, for people.
 fn verdict(judgement: &Judgement) -> String {
     let found = if judgement.found { "found" } else { "not found" };
-    format!("{found}, confidence {:.2}", judgement.confidence)
+    let shape = match judgement {
+        Judgement {
+            found: true,
+            shape_determined: true,
+            ..
+        } => ", shape determined",
+        _ => "",
+    };
+    format!("{found}, confidence {:.2}{shape}", judgement.confidence)
 }
 
 /// Where the camera comes from, where nobody gave it.
@@ -349,6 +379,14 @@ fn depth_range(maps: &Maps) -> Option<[f32; 3]> {
         .collect();
     depths.sort_unstable_by(f32::total_cmp);
     Some([*depths.first()?, depths[depths.len() / 2], *depths.last()?])
+}
+
+/// Median and 95th percentile of a surface's standard deviations, mm.
+fn deviation_range(surface: &Surface) -> Option<[f32; 2]> {
+    let mut deviations = surface.deviations.clone();
+    deviations.sort_unstable_by(f32::total_cmp);
+    let percentile = |percent: usize| deviations.get(deviations.len() * percent / 100).copied();
+    Some([percentile(50)?, percentile(95)?])
 }
 
 /// Wall time of each stage.

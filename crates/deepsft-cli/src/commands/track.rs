@@ -326,8 +326,12 @@ impl Track<'_> {
         }
         if let (Some(texture), Some(surface)) = (&self.texture_png, surface) {
             let mesh = surface.mesh(self.template.mesh())?;
-            self.folder
-                .write("meshes", number, "glb", &deepsft_formats::mesh_to_glb(&mesh, texture))?;
+            self.folder.write(
+                "meshes",
+                number,
+                "glb",
+                &deepsft_formats::mesh_to_glb(&mesh, texture, &[]),
+            )?;
         }
         let report = FrameReport {
             frame: number,

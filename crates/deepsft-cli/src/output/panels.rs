@@ -3,7 +3,8 @@
 use super::color_map::ColorMap;
 use super::sheet::{ColorBar, Panel};
 use deepsft_geometry::glam::DVec2;
-use deepsft_geometry::{Camera, Maps, Picture, draw_template, metrics};
+use deepsft_geometry::raster::VisibleSurface;
+use deepsft_geometry::{Camera, Maps, Picture, Surface, TriangleMesh, draw_template, metrics};
 
 /// Squares along the shorter side of the checkerboard laid on the template.
 const SQUARES: f64 = 6.0;
@@ -70,6 +71,28 @@ pub fn depth_range(maps: &Maps) -> [f64; 2] {
 pub fn depth_within(title: &str, maps: &Maps, range: [f64; 2]) -> Panel {
     values(title, maps, bar(ColorMap::Viridis, range, "mm"), |pixel| {
         maps.inside(pixel).then(|| f64::from(maps.depth()[pixel]))
+    })
+}
+
+/// The standard deviations of a surface where its camera sees it, from 0 to the 95th percentile of its vertices. `template`: the mesh at
+/// rest.
+pub fn deviation(title: &str, surface: &Surface, template: &TriangleMesh) -> Panel {
+    let visible = VisibleSurface::new(template, &surface.vertices_camera, &surface.camera);
+    let maps = visible.maps();
+    let mut seen = vec![0.0; maps.depth().len()];
+    for (column, row, face, triangle) in visible.front() {
+        let at = visible.centres().position(column, row);
+        let corners = template.faces()[face].into_iter().zip(triangle.barycentric(at.x, at.y));
+        let weighted = corners.map(|(vertex, weight)| weight * f64::from(surface.deviations[vertex]));
+        seen[row * maps.size().width + column] = weighted.sum();
+    }
+    let mut sorted = surface.deviations.clone();
+    sorted.sort_unstable_by(f32::total_cmp);
+    let most = sorted
+        .get(sorted.len() * 95 / 100)
+        .map_or(1.0, |most| f64::from(*most).ceil().max(1.0));
+    values(title, &maps, bar(ColorMap::Inferno, [0.0, most], "mm"), |pixel| {
+        maps.inside(pixel).then_some(seen[pixel])
     })
 }
 

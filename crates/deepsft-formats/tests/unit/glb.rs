@@ -50,7 +50,11 @@ fn a_triangle_is_turned_up_towards_the_viewer_and_into_metres() {
     let uv = [(0.0, 0.0), (0.0, 1.0), (1.0, 0.0)]
         .map(|(u, v)| DVec2::new(u, v))
         .to_vec();
-    let glb = mesh_to_glb(&TriangleMesh::new(vertices, uv, vec![[0, 1, 2]]).unwrap(), b"not-a-png");
+    let glb = mesh_to_glb(
+        &TriangleMesh::new(vertices, uv, vec![[0, 1, 2]]).unwrap(),
+        b"not-a-png",
+        &[1.5, 0.5, 2.0],
+    );
     let (document, binary) = halves(&glb);
     assert_eq!(
         read_floats(&document, binary, "POSITION"),
@@ -61,6 +65,7 @@ fn a_triangle_is_turned_up_towards_the_viewer_and_into_metres() {
         read_floats(&document, binary, "TEXCOORD_0"),
         [0.0, 0.0, 0.0, 1.0, 1.0, 0.0]
     );
+    assert_eq!(read_floats(&document, binary, "_DEVIATION"), [1.5, 0.5, 2.0]);
     assert_eq!(document["accessors"][0]["min"], json!([-0.01_f32, -0.02_f32, -0.5_f32]));
     assert_eq!(
         document["buffers"][0]["byteLength"].as_u64().unwrap() as usize,
@@ -76,7 +81,7 @@ fn a_triangle_is_turned_up_towards_the_viewer_and_into_metres() {
 
 #[test]
 fn nothing_to_show_is_a_valid_empty_scene() {
-    let glb = mesh_to_glb(&TriangleMesh::new(vec![], vec![], vec![]).unwrap(), b"png!");
+    let glb = mesh_to_glb(&TriangleMesh::new(vec![], vec![], vec![]).unwrap(), b"png!", &[]);
     let (document, _) = halves(&glb);
     assert_eq!(document["scenes"], json!([{}]));
     assert!(document.get("meshes").is_none() && document.get("accessors").is_none());

@@ -90,12 +90,17 @@ impl View {
             ..FitRound::new(blur, steps)
         };
         let observation = Observation::new(&self.image, camera)?;
-        let (fitted, linearized) =
-            fitter.round_and(observation, &self.vertices, &round, &[], |isometric, (term, _), fitted| {
+        let (fitted, linearized) = fitter.round_and(
+            observation,
+            &self.vertices,
+            &round,
+            &[],
+            |isometric, (term, _), fitted| {
                 let (coupling, reduced) = linearized(term, camera, fitted);
                 let solved = isometric.sensitivities(&[term as &dyn Energy], fitted, &coupling)?;
                 Some((coupling, reduced, solved))
-            })?;
+            },
+        )?;
         self.energy = fitted.energy;
         self.vertices = fitted.vertices;
         self.confidence = fitted.correlation.confidence;

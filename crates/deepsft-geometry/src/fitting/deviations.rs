@@ -40,5 +40,9 @@ pub(super) fn deviations(
         (VARIANCE * axis.dot(*covariance * axis)).sqrt() as f32
     };
     let coarse: Vec<_> = covariances.iter().flatten().map(longest).collect();
-    Ok(if coarse.is_empty() { coarse } else { fitter.fine_scalars(&coarse) })
+    Ok(if coarse.is_empty() {
+        coarse
+    } else {
+        fitter.fine_scalars(&coarse)
+    })
 }

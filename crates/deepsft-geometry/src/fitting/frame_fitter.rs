@@ -2,8 +2,8 @@
 
 use super::close_up::{CloseUp, close_ups, fit_through};
 use super::coarse_fitter::CoarseFitter;
-use super::measurements::measurements_of_mesh;
 use super::deviations::deviations;
+use super::measurements::measurements_of_mesh;
 use super::mesh_fitter::{FitRound, Resolution};
 use super::mode_hops::{MIN_PROMISING, best_of_mode_hops};
 use super::observation::Observation;
@@ -173,7 +173,9 @@ impl FrameFitter {
             },
             ..surface
         };
-        let last = close_ups.last().map(|last| deviations(&mut self.coarse.mesh_fitter, last, &fitted));
+        let last = close_ups
+            .last()
+            .map(|last| deviations(&mut self.coarse.mesh_fitter, last, &fitted));
         Ok(Surface {
             deviations: last.transpose()?.unwrap_or_default(),
             ..fitted

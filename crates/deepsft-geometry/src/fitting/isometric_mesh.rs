@@ -117,11 +117,7 @@ impl IsometricMesh {
     }
 
     /// As [`MeshSolver::covariances`], with `terms`, isometry and bending.
-    pub(crate) fn covariances(
-        &mut self,
-        terms: &[&dyn Energy],
-        vertices: &[DVec3],
-    ) -> Option<Vec<DMat3>> {
+    pub(crate) fn covariances(&mut self, terms: &[&dyn Energy], vertices: &[DVec3]) -> Option<Vec<DMat3>> {
         let mut all = terms.to_vec();
         all.push(&self.isometry[Stiffness::WHOLE.0]);
         all.push(&self.bending);

@@ -208,6 +208,13 @@ mod tests {
         let one = n * along + step[1];
         assert!(zero.length() < 1e-12 && one.length() < 1e-12, "{zero} {one}");
         assert!(!equations.outside);
+        // The same matrix, column by column: a block of its inverse is what unit vectors of that vertex are solved to.
+        for vertex in [0, 1] {
+            let unit = |axis: DVec3| [0, 1].map(|v| if v == vertex { -axis } else { DVec3::ZERO });
+            let columns = DVec3::AXES.map(|axis| equations.step_against(&unit(axis))[vertex]);
+            let inverse = DMat3::from_cols(columns[0], columns[1], columns[2]);
+            assert!(equations.inverse_block(vertex).abs_diff_eq(inverse, 1e-12));
+        }
     }
 
     #[test]

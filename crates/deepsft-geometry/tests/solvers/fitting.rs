@@ -315,10 +315,27 @@ fn the_pixels_of_a_larger_image_make_the_mesh_more_exact_through_any_lens() {
         // About as many pixels as before: they are those of the canonical image.
         let px = close.verdict.confirmed_px / fitted.verdict.confirmed_px;
         assert!((0.8..1.3).contains(&px), "{px}");
-        // The canonical image itself has no more to say.
+        // The canonical image itself has no more to say, but for how sure the mesh is: less than with more pixels.
+        let same = fitter.fit_close_ups(&small, &canonical, fitted.clone()).unwrap();
+        let median = |surface: &Surface| {
+            let mut sorted = surface.deviations.clone();
+            sorted.sort_unstable_by(f32::total_cmp);
+            sorted[sorted.len() / 2]
+        };
+        assert!(
+            median(&close) < 0.7 * median(&same),
+            "{} mm, {} mm",
+            median(&close),
+            median(&same)
+        );
+        assert!(close.is_shape_determined() && !fitted.is_shape_determined());
+        let deviations = same.deviations.clone();
         assert_eq!(
-            fitter.fit_close_ups(&small, &canonical, fitted.clone()).unwrap(),
-            fitted
+            same,
+            Surface {
+                deviations,
+                ..fitted.clone()
+            }
         );
         let wrong = fitter.fit_close_ups(&small, &camera, fitted.clone());
         assert!(matches!(wrong, Err(GeometryError::MapSize { .. })));
@@ -411,6 +428,39 @@ fn a_nearly_blank_sheet_is_held_by_its_border() {
     // 8 mm without.
     let error = distance(&close, &vertices);
     assert!(error < 2.5, "{error} mm");
+}
+
+/// What a hand covers and what is blank may lie otherwise than it seems, and the mesh says so.
+#[test]
+fn what_the_image_does_not_hold_is_loose() {
+    let (template, canonical) = (finely_printed(), training_camera());
+    let camera = canonical.resized((960, 540)).unwrap();
+    let vertices: Vec<DVec3> = bent(&template, 0.0).iter().map(|p| p + 50.0 * DVec3::Z).collect();
+    let truth = VisibleSurface::new(template.mesh(), &vertices, &camera).maps();
+    let seen = photograph(&template, &truth);
+    let covered = Picture::from_fn(960, 540, |x, y| {
+        let pixel = y * 960 + x;
+        let is_right = truth.inside(pixel) && truth.uv(pixel).x > 0.6;
+        if is_right { [150; 3] } else { seen.pixel(x, y) }
+    });
+    let mut fitter = FrameFitter::new(&template, FitOptions::default()).unwrap();
+    let mut loosest = |image: &Picture| {
+        let small = CanonicalWarp::new(&camera, &canonical).apply(image).unwrap();
+        let start = Start::Mesh(vertices.iter().map(|p| p + DVec3::new(1.0, 1.0, 4.0)).collect());
+        let fitted = fitter.fit(&small, &canonical, &start).unwrap().unwrap();
+        let close = fitter.fit_close_ups(image, &camera, fitted).unwrap();
+        [0.0..0.4, 0.8..1.01].map(|range| {
+            let uv = template.mesh().texture_coordinates().iter();
+            let of = uv.zip(&close.deviations).filter(|(uv, _)| range.contains(&uv.x));
+            of.map(|(_, deviation)| *deviation).fold(0.0, f32::max)
+        })
+    };
+    let ([left, right], [held, loose]) = (loosest(&seen), loosest(&covered));
+    assert!(right < 2.0 * left, "{left} mm, {right} mm");
+    assert!(
+        loose > 4.0 * right && held < 2.0 * left,
+        "{held} mm beside {loose} mm, {left} mm"
+    );
 }
 
 /// A sheet of 300 x 200 mm with 6 x 4 motifs that have no symmetry of their own.

@@ -110,6 +110,7 @@ mod tests {
                 found: false,
                 confidence,
                 area,
+                shape_determined: false,
             },
             ..FrameResult::default()
         }

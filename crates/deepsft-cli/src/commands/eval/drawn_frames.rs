@@ -235,6 +235,7 @@ mod tests {
             found: true,
             confidence: 0.5,
             area: 0.1,
+            shape_determined: false,
         };
         let estimate = Estimate {
             by: None,

@@ -8,7 +8,7 @@ use deepsft::{Finder, View};
 use deepsft_geometry::fitting::{FitOptions, FrameFitter, Start};
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::raster::VisibleSurface;
-use deepsft_geometry::{Camera, CanonicalWarp, Maps, Picture, Verdict, metrics, training_camera};
+use deepsft_geometry::{Camera, CanonicalWarp, Maps, Picture, Surface, Verdict, metrics, training_camera};
 use deepsft_synth::{SynthConfig, Synthesizer, canonical_truth};
 use serde::Serialize;
 
@@ -29,6 +29,9 @@ pub struct Attempt {
     /// Root mean square distances of the fitted surface from the true one, mm: over the visible points, over all vertices.
     pub points_rmse_mm: Option<f64>,
     pub vertices_rmse_mm: Option<f64>,
+    /// Fractions of the vertices within one and two of their stated standard deviations of the truth, of a fit whose shape is
+    /// determined.
+    pub within_deviations: Option<[f64; 2]>,
     /// Whether the fit counts as found. Its correlation with the image, the fraction of the print that the image confirms, and
     /// its size in pixels; 0 without a fit.
     pub is_found: bool,
@@ -175,6 +178,7 @@ impl<'a> Studied<'a> {
                 fitted_px: maps.as_ref().and_then(error),
                 points_rmse_mm: points.transpose()?.and_then(|metrics| metrics.points_rmse_mm),
                 vertices_rmse_mm: vertices.and_then(|(fit, (_, truth))| distance_rmse(&fit.vertices_camera, truth)),
+                within_deviations: vertices.and_then(|(fit, (_, truth))| within_deviations(fit, truth)),
                 is_found: verdict.is_found(),
                 ambiguity: verdict.ambiguity,
                 correlation: verdict.correlation,
@@ -207,6 +211,17 @@ fn frames_config() -> Result<(Camera, SynthConfig)> {
 fn distance_rmse(points: &[DVec3], truth: &[DVec3]) -> Option<f64> {
     let squares = points.iter().zip(truth).map(|(a, b)| Some(a.distance_squared(*b)));
     metrics::Summary::of(squares).map(|squares| squares.mean.sqrt())
+}
+
+/// Fractions of the vertices within one and two standard deviations; `None` where the image does not determine the shape.
+fn within_deviations(surface: &Surface, truth: &[DVec3]) -> Option<[f64; 2]> {
+    let ways = surface.vertices_camera.iter().zip(truth).map(|(a, b)| a.distance(*b));
+    let multiples: Vec<_> = ways
+        .zip(&surface.deviations)
+        .map(|(way, deviation)| way / f64::from(*deviation))
+        .collect();
+    let within = |most: f64| multiples.iter().filter(|multiple| **multiple < most).count() as f64 / truth.len() as f64;
+    surface.is_shape_determined().then(|| [within(1.0), within(2.0)])
 }
 
 /// Median distance of a registration from the true one over the visible sheet, pixels; `None` when most of it has none.

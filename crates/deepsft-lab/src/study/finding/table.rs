@@ -37,6 +37,21 @@ pub fn print(results: &[FrameResult]) {
         errors("the first three", finder, results.iter().filter(|r| main(r.kind)));
     }
     println!();
+    println!("found sheets                  shape determined, %    vertices within 1 and 2 stated deviations, %");
+    for &finder in &finders {
+        let shown = results.iter().filter(|r| r.shown).filter_map(|r| attempt_of(r, finder));
+        let found: Vec<_> = shown.filter(|attempt| attempt.is_found).collect();
+        let within: Vec<_> = found.iter().filter_map(|attempt| attempt.within_deviations).collect();
+        let mean = |k: usize| 100.0 * within.iter().map(|within| within[k]).sum::<f64>() / within.len().max(1) as f64;
+        let determined = 100.0 * within.len() as f64 / found.len().max(1) as f64;
+        println!(
+            "{finder:14} {:6} {determined:17.1} {:20.1} {:6.1}",
+            found.len(),
+            mean(0),
+            mean(1)
+        );
+    }
+    println!();
     println!("medians, ms     features   find    fit");
     for finder in finders {
         let attempts = || {
