@@ -78,10 +78,12 @@ impl ContrastNormalizedImage {
     /// the mesh there.
     #[inline]
     pub(crate) fn sample_continued(&self, at: DVec2) -> Option<(f64, DVec2)> {
-        let [first, last] = self.shown.map(|end| end + 0.5);
-        let inside = at.max(first).min(last - EDGE);
-        let (value, gradient) = self.sample(inside).filter(|_| at.distance(inside) < CONTINUED_PX)?;
-        Some((value, DVec2::select(at.cmpeq(inside), gradient, DVec2::ZERO)))
+        self.sample(at).or_else(|| {
+            let [first, last] = self.shown.map(|end| end + 0.5);
+            let inside = at.max(first).min(last - EDGE);
+            let (value, gradient) = self.sample(inside).filter(|_| at.distance(inside) < CONTINUED_PX)?;
+            Some((value, DVec2::select(at.cmpeq(inside), gradient, DVec2::ZERO)))
+        })
     }
 
     /// Values of the pixel, its right neighbour, and the two below.
