@@ -98,9 +98,7 @@ mod tests {
     fn a_print_turned_by_a_quarter_is_matched_with_angle_scale_and_place() {
         let print = print();
         let target = target(400.0, print.clone());
-        // Column x of the print is row x of the image, from right to left: turned clockwise.
-        let turned = Picture::from_fn(300, 400, |x, y| print.pixel(y, 299 - x));
-        let found = matches(&Features::search(&turned, IMAGE), &target);
+        let found = matches(&Features::search(&print.turned_clockwise(), IMAGE), &target);
         assert!(found.len() > 300, "{}", found.len());
         let right = found.iter().filter(|m| {
             let expected = Vec2::new(m.pixel.y, 300.0 - m.pixel.x);

@@ -131,14 +131,6 @@ mod tests {
     }
 
     #[test]
-    fn a_blank_or_tiny_picture_has_no_features() {
-        for (width, height) in [(3, 3), (1, 40), (40, 1), (1, 1), (300, 200)] {
-            let blank = Picture::from_fn(width, height, |_, _| [200; 3]);
-            assert!(print(blank, 300.0).unwrap().features.is_empty());
-        }
-    }
-
-    #[test]
     fn a_size_that_no_print_has_is_refused_with_the_sizes_that_are_taken() {
         let square = |width_mm: f64| print(Picture::from_fn(9, 9, |_, _| [0; 3]), width_mm);
         for width_mm in [1e-9, 4.9, 20_001.0, 1e9] {

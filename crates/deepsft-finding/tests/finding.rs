@@ -118,7 +118,7 @@ fn a_rich_print_is_graded_good_without_advice() {
 
 #[test]
 fn a_print_without_corners_or_contrast_is_hopeless_and_told_which() {
-    for (width, height) in [(3, 3), (1, 8), (400, 300)] {
+    for (width, height) in [(3, 3), (1, 40), (40, 1), (1, 1), (400, 300)] {
         let blank = grade(Picture::from_fn(width, height, |_, _| [180; 3]));
         assert_eq!((blank.level, blank.corners), (GradeLevel::Hopeless, 0));
         assert!(says(&blank, "hardly any contrast"), "{blank:?}");

@@ -45,12 +45,8 @@ pub fn mesh_to_glb(mesh: &TriangleMesh, texture_png: &[u8], deviations: &[f32]) 
         "material": 0,
     });
     if !deviations.is_empty() {
-        let numbers: Vec<u8> = deviations
-            .iter()
-            .flat_map(|deviation| deviation.to_le_bytes())
-            .collect();
-        let description = json!({"componentType": FLOAT, "count": deviations.len(), "type": "SCALAR"});
-        primitive["attributes"]["_DEVIATION"] = chunk.accessor(&numbers, ARRAY_BUFFER, description).into();
+        let deviations = deviations.iter().map(|&deviation| [deviation]);
+        primitive["attributes"]["_DEVIATION"] = chunk.vectors(deviations).into();
     }
     container(&document(&chunk, image, &primitive), &chunk.bytes)
 }
@@ -101,9 +97,10 @@ impl BinaryChunk {
         self.views.len() - 1
     }
 
-    /// An accessor of vectors, one for each vertex.
+    /// An accessor of vectors (of N = 1: of numbers), one for each vertex.
     fn vectors<const N: usize>(&mut self, vectors: impl ExactSizeIterator<Item = [f32; N]>) -> usize {
-        let description = json!({"componentType": FLOAT, "count": vectors.len(), "type": format!("VEC{N}")});
+        let kind = ["SCALAR", "VEC2", "VEC3", "VEC4"][N - 1];
+        let description = json!({"componentType": FLOAT, "count": vectors.len(), "type": kind});
         let numbers: Vec<u8> = vectors.flatten().flat_map(f32::to_le_bytes).collect();
         self.accessor(&numbers, ARRAY_BUFFER, description)
     }

@@ -180,16 +180,15 @@ pub(crate) struct Step {
 }
 
 impl Step {
-    pub(crate) fn reads(&self) -> impl Iterator<Item = MapId> {
-        let (inputs, map, skip) = match &self.operation {
-            Operation::Convolve(convolution) => (convolution.inputs.as_slice(), None, convolution.skip),
-            Operation::Add(map, skip) => (&[][..], Some(*map), Some(*skip)),
-            Operation::Pool(MaxPool { map, .. }) | Operation::Dense(DenseLayer { map, .. }) => {
-                (&[][..], Some(*map), None)
+    pub(crate) fn reads(&self) -> Vec<MapId> {
+        match &self.operation {
+            Operation::Convolve(Convolution { inputs, skip, .. }) => {
+                let skipped = skip.map(|skip| skip.map);
+                inputs.iter().map(|input| input.map).chain(skipped).collect()
             }
-        };
-        let skipped = skip.map(|skip| skip.map);
-        inputs.iter().map(|input| input.map).chain(map).chain(skipped)
+            Operation::Add(map, skip) => vec![*map, skip.map],
+            Operation::Pool(MaxPool { map, .. }) | Operation::Dense(DenseLayer { map, .. }) => vec![*map],
+        }
     }
 }
 
@@ -292,7 +291,7 @@ impl Plan {
         let length = |shape: &MapShape| shape.area() * padded(shape.channels);
         let mut last_read = vec![0; self.maps.len()];
         for (k, step) in self.steps.iter().enumerate() {
-            step.reads().for_each(|map| last_read[map.0] = k);
+            step.reads().into_iter().for_each(|map| last_read[map.0] = k);
         }
         let is_made = |map: usize| self.steps.iter().any(|step| step.output.0 == map);
         let (mut slots, mut sizes) = (vec![usize::MAX; self.maps.len()], Vec::new());
@@ -314,7 +313,7 @@ impl Plan {
                 sizes.resize(sizes.len().max(slots[map] + 1), 0);
                 sizes[slots[map]] = sizes[slots[map]].max(needed);
             }
-            let mut read: Vec<usize> = step.reads().map(|map| map.0).chain([map]).collect();
+            let mut read: Vec<usize> = step.reads().into_iter().map(|map| map.0).chain([map]).collect();
             read.sort_unstable();
             read.dedup();
             let done = read.into_iter().filter(|&map| !own[map] && last_read[map] <= k);

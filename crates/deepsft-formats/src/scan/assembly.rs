@@ -36,7 +36,6 @@ pub fn assemble_scan(scan: Scan) -> Result<ScannedTemplate, FormatError> {
         mut parts,
         textures,
         mm_per_unit,
-        ..
     } = scan;
     parts.retain(|part| !part.faces.is_empty());
     if parts.is_empty() {

@@ -205,19 +205,17 @@ impl ArapCompletion {
 
     /// Energies and gradient at the shape's vertices.
     fn evaluate(&self, shape: &mut Shape, rotations: Rotations<'_>, visible: &Visible) {
-        let mut data = 0.0;
+        let mut energy = CompletionEnergy::default();
         let seen = visible.weights.iter().zip(&visible.points);
         for ((gradient, p), (&weight, point)) in shape.gradient.iter_mut().zip(&shape.vertices).zip(seen) {
             // A hidden vertex has the point 0 and the weight 0.
             let residual = p - point;
             *gradient = weight * residual;
-            data += weight * residual.length_squared();
+            energy.data += weight * residual.length_squared();
         }
-        let mut energy = CompletionEnergy::default();
         self.prior
             .add_gradient(&shape.vertices, rotations, &mut shape.gradient, &mut energy);
-        energy.data = data;
-        shape.total = data + self.prior.arap * energy.arap + self.prior.smoothness * energy.smoothness;
+        shape.total = energy.data + self.prior.arap * energy.arap + self.prior.smoothness * energy.smoothness;
         shape.energy = energy;
     }
 }

@@ -64,7 +64,7 @@ impl IsometricMesh {
         Ok(Self {
             solver: MeshSolver::new(&mesh, &[&isometry[0], &bending])?,
             locator: SurfaceLocator::new(&mesh),
-            border: border(&mesh),
+            border: mesh.border(),
             mesh,
             isometry,
             bending,
@@ -110,17 +110,13 @@ impl IsometricMesh {
         vertices: &[DVec3],
         right_hand_sides: &[Vec<DVec3>; N],
     ) -> Option<([Vec<DVec3>; N], Vec<DVec3>)> {
-        let mut all = terms.to_vec();
-        all.push(&self.isometry[Stiffness::WHOLE.0]);
-        all.push(&self.bending);
+        let all = with_structure(terms, &self.isometry[Stiffness::WHOLE.0], &self.bending);
         self.solver.sensitivities(&all, vertices, right_hand_sides)
     }
 
     /// As [`MeshSolver::covariances`], with `terms`, isometry and bending.
     pub(crate) fn covariances(&mut self, terms: &[&dyn Energy], vertices: &[DVec3]) -> Option<Vec<DMat3>> {
-        let mut all = terms.to_vec();
-        all.push(&self.isometry[Stiffness::WHOLE.0]);
-        all.push(&self.bending);
+        let all = with_structure(terms, &self.isometry[Stiffness::WHOLE.0], &self.bending);
         self.solver.covariances(&all, vertices)
     }
 
@@ -140,19 +136,11 @@ impl IsometricMesh {
             first_damping: FIRST_DAMPING,
             halving,
         };
-        let mut all = terms.to_vec();
-        all.push(&self.isometry[stiffness.0]);
-        all.push(&self.bending);
+        let all = with_structure(terms, &self.isometry[stiffness.0], &self.bending);
         self.solver.solve(&all, start, &options)
     }
 }
 
-/// The sides that only one face has, and that face's third vertex.
-fn border(mesh: &TriangleMesh) -> Vec<[usize; 3]> {
-    let sides = |&[a, b, c]: &[usize; 3]| [[a, b, c], [b, c, a], [c, a, b]];
-    let mut sides: Vec<_> = mesh.faces().iter().flat_map(sides).collect();
-    let edge = |[a, b, _]: &[usize; 3]| [*a.min(b), *a.max(b)];
-    sides.sort_unstable_by_key(edge);
-    let of_edges = sides.chunk_by(|a, b| edge(a) == edge(b));
-    of_edges.filter(|sides| sides.len() == 1).flatten().copied().collect()
+fn with_structure<'a>(terms: &[&'a dyn Energy], isometry: &'a Isometry, bending: &'a Bending) -> Vec<&'a dyn Energy> {
+    [terms, &[isometry, bending]].concat()
 }

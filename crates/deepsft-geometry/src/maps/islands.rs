@@ -1,6 +1,6 @@
 //! Islands of a mask: pieces too small to be the object.
 
-use super::depth_and_registration::Maps;
+use super::depth_and_registration::{Maps, OUTSIDE};
 use crate::mesh::DisjointSets;
 use std::ops::Range;
 
@@ -23,17 +23,14 @@ pub fn remove_islands(maps: &mut Maps, min_fraction: f64) -> usize {
     let mut above = 0..0;
     for row in 0..maps.size().height {
         let first = runs.len();
-        let mut start = None;
-        for pixel in row * width..=(row + 1) * width {
-            let inside = pixel < (row + 1) * width && maps.inside(pixel);
-            match (start, inside) {
-                (None, true) => start = Some(pixel),
-                (Some(from), false) => {
-                    runs.push(from..pixel);
-                    pieces.add();
-                    start = None;
-                }
-                _ => {}
+        let mut end = row * width;
+        let alike = |a: &f32, b: &f32| (*a > OUTSIDE) == (*b > OUTSIDE);
+        for run in maps.depth()[end..][..width].chunk_by(alike) {
+            let start = end;
+            end += run.len();
+            if maps.inside(start) {
+                runs.push(start..end);
+                pieces.add();
             }
         }
         // Both rows' runs ascend: walk them side by side.

@@ -13,10 +13,8 @@ use crate::image::{MipLevel, Picture};
 pub fn draw_template(texture: &Picture, maps: &Maps) -> Picture {
     let mut drawn = drawn_colors(texture, maps).peekable();
     Picture::from_fn(maps.size().width, maps.size().height, |x, y| {
-        match drawn.next_if(|d| d.0 == y * maps.size().width + x) {
-            Some((_, color)) => color.map(|c| (c + 0.5) as u8),
-            None => [0; 3],
-        }
+        let drawn = drawn.next_if(|d| d.0 == y * maps.size().width + x);
+        drawn.map_or([0; 3], |(_, color)| color.map(|c| (c + 0.5) as u8))
     })
 }
 

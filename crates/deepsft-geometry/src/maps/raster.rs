@@ -276,11 +276,7 @@ impl VisibleSurface {
 fn whole_numbers(low: f64, high: f64, range: &Range<usize>) -> Range<usize> {
     // Through i32: rounding and conversions to usize are calls on plain x86-64.
     let floor = low.max(0.0) as i32;
-    let start = if f64::from(floor) < low {
-        floor.saturating_add(1)
-    } else {
-        floor
-    };
+    let start = floor.saturating_add((f64::from(floor) < low).into());
     let end = if high < 0.0 { 0 } else { (high as i32).saturating_add(1) };
     (start as usize).max(range.start)..(end as usize).min(range.end)
 }

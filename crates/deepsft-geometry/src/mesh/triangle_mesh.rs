@@ -67,17 +67,21 @@ impl TriangleMesh {
 
     /// The undirected edges, each once, smaller index first, sorted.
     pub fn edges(&self) -> Vec<[usize; 2]> {
-        let mut edges = self.face_sides();
+        let sides = self.faces.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+        let mut edges: Vec<_> = sides.map(|[a, b]| [a.min(b), a.max(b)]).collect();
+        edges.sort_unstable();
         edges.dedup();
         edges
     }
 
-    /// The sides of all faces, smaller index first, sorted: an edge stands here once for each of its faces.
-    pub(crate) fn face_sides(&self) -> Vec<[usize; 2]> {
-        let sides = self.faces.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
-        let mut sides: Vec<_> = sides.map(|[a, b]| [a.min(b), a.max(b)]).collect();
-        sides.sort_unstable();
-        sides
+    /// The sides that only one face has, and that face's third vertex.
+    pub(crate) fn border(&self) -> Vec<[usize; 3]> {
+        let sides = |&[a, b, c]: &[usize; 3]| [[a, b, c], [b, c, a], [c, a, b]];
+        let mut sides: Vec<_> = self.faces.iter().flat_map(sides).collect();
+        let edge = |[a, b, _]: &[usize; 3]| [*a.min(b), *a.max(b)];
+        sides.sort_unstable_by_key(edge);
+        let of_edges = sides.chunk_by(|a, b| edge(a) == edge(b));
+        of_edges.filter(|sides| sides.len() == 1).flatten().copied().collect()
     }
 
     /// Vertex normals of the front for other vertex positions: area-weighted means of the faces around each.

@@ -43,14 +43,19 @@ impl Welding {
     /// None for a mesh that exists; the type is that of [`TriangleMesh::new`].
     pub fn of(mesh: &TriangleMesh) -> Result<Self, TemplateError> {
         let positions = mesh.vertices();
-        let border = border(mesh);
+        let mut is_border = vec![false; positions.len()];
+        for [a, b, _] in mesh.border() {
+            (is_border[a], is_border[b]) = (true, true);
+        }
         let mut at_position: HashMap<[u64; 3], usize> = HashMap::new();
         let mut welded = Vec::with_capacity(positions.len());
         let mut first = Vec::with_capacity(positions.len());
         for (vertex, position) in positions.iter().enumerate() {
             let new = first.len();
-            let point = if border[vertex] {
-                *at_position.entry(bits(*position)).or_insert(new)
+            let point = if is_border[vertex] {
+                // Adding 0 makes one of 0 and -0.
+                let key = (*position + DVec3::ZERO).to_array().map(f64::to_bits);
+                *at_position.entry(key).or_insert(new)
             } else {
                 new
             };
@@ -98,21 +103,4 @@ impl Welding {
     pub fn split<T: Copy>(&self, of_welded: &[T]) -> Vec<T> {
         self.welded.iter().map(|&point| of_welded[point]).collect()
     }
-}
-
-/// Which vertices lie on an edge with a single face.
-fn border(mesh: &TriangleMesh) -> Vec<bool> {
-    let mut border = vec![false; mesh.vertices().len()];
-    for same in mesh.face_sides().chunk_by(|a, b| a == b) {
-        if let [[a, b]] = same {
-            border[*a] = true;
-            border[*b] = true;
-        }
-    }
-    border
-}
-
-/// A position as something that can be looked up; 0 and -0 are one.
-fn bits(position: DVec3) -> [u64; 3] {
-    (position + DVec3::ZERO).to_array().map(f64::to_bits)
 }

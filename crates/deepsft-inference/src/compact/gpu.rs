@@ -149,9 +149,8 @@ impl FrameKernels<'_> {
         let mut shader = Shader::default();
         shader.bind_as("bins", "read", "f32", self.plan.buffer(self.network.bins));
         shader.bind("out", "read_write", coarse);
-        for (name, bins) in ["bins_u", "bins_v", "bins_d"].into_iter().zip(self.network.layers.bins) {
-            shader.size(name, bins);
-        }
+        let [u, v, d] = self.network.layers.bins;
+        shader.sizes([("bins_u", u), ("bins_v", v), ("bins_d", d)]);
         let [rows, columns] = self.cells;
         let functions = self.constants.clone() + shaders::POSITION_FUNCTIONS;
         shader.kernel(self.gpu, &functions, shaders::POSITIONS, rows * columns / 4, 1)

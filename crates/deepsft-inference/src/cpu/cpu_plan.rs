@@ -1,7 +1,7 @@
 //! A plan on the processor.
 
 use super::convolution::PackedConvolution;
-use super::dense::PackedDense;
+use super::dense::{DenseBlocks, PackedDense};
 use super::gemm::vector_width;
 use super::layout::{AlignedBuffer, BLOCK, Maps, Scratch, padded_channels};
 use super::pool::PooledRows;
@@ -147,7 +147,12 @@ impl CpuPlan {
             Layer::Dense(dense) => {
                 let (read, out) = (maps.view(dense.map).values, Chunks::whole(values, BLOCK));
                 in_parallel(&mut self.scratches, 0..dense.blocks(), out, &|_, blocks, out| {
-                    dense.run(arch, read, blocks, out.values);
+                    arch.dispatch(DenseBlocks {
+                        dense,
+                        read,
+                        blocks,
+                        out: out.values,
+                    });
                 });
             }
             Layer::Sum(map, skip) => add(&maps, *map, *skip, values),

@@ -2,7 +2,7 @@
 
 use super::layout::{AlignedBuffer, BLOCK, padded_channels};
 use crate::plan::{DenseLayer, MapId, MapShape};
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 use std::ops::Range;
 
 /// A dense layer that is ready to run.
@@ -44,24 +44,14 @@ impl PackedDense {
     pub(crate) fn blocks(&self) -> usize {
         self.biases.values().len() / BLOCK
     }
-
-    /// Makes the blocks `blocks` of the output from the map's values, `read`.
-    pub(crate) fn run(&self, arch: Arch, read: &[f32], blocks: Range<usize>, out: &mut [f32]) {
-        let dense = self;
-        arch.dispatch(DenseBlocks {
-            dense,
-            read,
-            blocks,
-            out,
-        });
-    }
 }
 
-struct DenseBlocks<'a> {
-    dense: &'a PackedDense,
-    read: &'a [f32],
-    blocks: Range<usize>,
-    out: &'a mut [f32],
+/// The blocks `blocks` of a dense layer's result, `out`, from the map's values, `read`.
+pub(crate) struct DenseBlocks<'a> {
+    pub(crate) dense: &'a PackedDense,
+    pub(crate) read: &'a [f32],
+    pub(crate) blocks: Range<usize>,
+    pub(crate) out: &'a mut [f32],
 }
 
 impl WithSimd for DenseBlocks<'_> {
@@ -105,11 +95,10 @@ impl DenseBlocks<'_> {
                 for sums in &sums {
                     value = simd.add_f32s(value, sums[v]);
                 }
-                *out = if dense.rectified {
-                    simd.max_f32s(zero, value)
-                } else {
-                    value
-                };
+                if dense.rectified {
+                    value = simd.max_f32s(zero, value);
+                }
+                *out = value;
             }
         }
     }

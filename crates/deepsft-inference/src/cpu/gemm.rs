@@ -39,13 +39,11 @@ pub struct PackedMatrix {
 impl PackedMatrix {
     /// Makes a matrix of zeros for vectors of `width` numbers ([`vector_width`]). `outputs` is a multiple of 16.
     pub fn new(inner: usize, outputs: usize, width: usize) -> Self {
-        let values = AlignedBuffer::new(inner * outputs);
-        let panel = vectors(width) * width;
         Self {
-            values,
+            values: AlignedBuffer::new(inner * outputs),
             inner,
             outputs,
-            panel,
+            panel: vectors(width) * width,
         }
     }
 

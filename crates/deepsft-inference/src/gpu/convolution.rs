@@ -209,16 +209,13 @@ for (var c = batch * size.quads{k} * area{k}; c < end{k}; c += area{k}) {{"
             }
             let _ = writeln!(s, "f += {}u;", 4 * across);
             for p in 0..tile {
-                let mut value = if is_plain {
+                let value = if is_plain {
                     as_f32(view.half, &format!("in{k}[c + p{p}]"))
                 } else {
                     let value = as_f32(view.half, &format!("in{k}[c + at{k}_{p}]"));
                     format!("select(vec4f(), {value}, is{p})")
                 };
-                if input.rectified {
-                    value = rectified(&value);
-                }
-                let _ = writeln!(s, "let x{p} = {value};");
+                let _ = writeln!(s, "let x{p} = {};", rectified(input.rectified, &value));
                 for q in 0..across {
                     let _ = writeln!(
                         s,
@@ -241,10 +238,7 @@ for (var c = batch * size.quads{k} * area{k}; c < end{k}; c += area{k}) {{"
             for p in 0..tile {
                 let [row, column] = ["/", "%"].map(|by| format!("(p{p} {by} size.width)"));
                 let skip = skip_term(self.skip, &row, &column);
-                let mut value = format!("a{p}_{q}{bias}{skip}");
-                if self.rectified {
-                    value = rectified(&value);
-                }
+                let value = rectified(self.rectified, &format!("a{p}_{q}{bias}{skip}"));
                 let value = stored(self.output.half, &value);
                 let _ = writeln!(
                     s,

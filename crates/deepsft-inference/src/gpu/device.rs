@@ -112,9 +112,8 @@ impl Gpu {
     /// The same GPU for plans of 32 bits only.
     #[cfg(test)]
     pub(crate) fn in_f32(&self) -> Self {
-        let has_f16 = false;
         Self {
-            has_f16,
+            has_f16: false,
             ..self.clone()
         }
     }

@@ -171,9 +171,13 @@ impl Kernel {
     }
 }
 
-/// Negative values are zero.
-pub(crate) fn rectified(value: &str) -> String {
-    format!("max({value}, vec4f())")
+/// Negative values are zero where it is so.
+pub(crate) fn rectified(is_rectified: bool, value: &str) -> String {
+    if is_rectified {
+        format!("max({value}, vec4f())")
+    } else {
+        value.to_owned()
+    }
 }
 
 /// Where in a quad of source `k` what is read at a row and column lies.

@@ -41,11 +41,8 @@ var q = quad;
     .to_owned();
     for (k, source) in sources.iter().enumerate() {
         shader.source(k, source);
-        let mut value = format!("in{k}[q * size.area{k} + {}]", position_read(k, &source.1, "r", "c"));
-        value = as_f32(source.0.half, &value);
-        if source.1.rectified {
-            value = rectified(&value);
-        }
+        let value = format!("in{k}[q * size.area{k} + {}]", position_read(k, &source.1, "r", "c"));
+        let value = rectified(source.1.rectified, &as_f32(source.0.half, &value));
         let _ = if k + 1 == sources.len() {
             writeln!(input, "return {value};\n}}")
         } else {
@@ -119,10 +116,8 @@ pub(super) fn output_transform(
     shader.skip(skip);
     let MapShape { height, width, .. } = output.shape;
     shader.sizes(tile_sizes([height, width], [tiles, columns, all]));
-    let mut value = format!("value{}", skip_term(skip, "row", "column"));
-    if convolution.rectified {
-        value = rectified(&value);
-    }
+    let value = format!("value{}", skip_term(skip, "row", "column"));
+    let value = rectified(convolution.rectified, &value);
     let value = stored(output.half, &value);
     let put = format!(
         "fn put(q: u32, row: u32, column: u32, value: vec4f) {{

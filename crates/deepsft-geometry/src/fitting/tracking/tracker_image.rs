@@ -24,10 +24,8 @@ impl TrackerImage {
     /// As [`TrackerImage::of`], in the buffers of a `spare` one ([`Tracker::spare_image`](super::Tracker::spare_image)), unless it is still
     /// held elsewhere.
     pub fn of_into(image: &Picture, spare: Option<Self>) -> Self {
-        let (whole, half) = match spare.and_then(|spare| Arc::into_inner(spare.0)) {
-            Some(HalvedPair { whole, half }) => (whole.values, half.values),
-            None => Default::default(),
-        };
+        let spare = spare.and_then(|spare| Arc::into_inner(spare.0));
+        let (whole, half) = spare.map_or_else(Default::default, |spare| (spare.whole.values, spare.half.values));
         let whole = GreyImage::of_into(image, whole);
         Self(Arc::new(HalvedPair {
             half: whole.halved_into(half),

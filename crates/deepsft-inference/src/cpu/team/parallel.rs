@@ -19,11 +19,10 @@ pub(crate) struct Chunks<'a, T = f32> {
 impl<'a, T> Chunks<'a, T> {
     /// Divides `values` into chunks of `length` values.
     pub(crate) fn whole(values: &'a mut [T], length: usize) -> Self {
-        let missing = 0;
         Self {
             values,
             length,
-            missing,
+            missing: 0,
         }
     }
 }

@@ -58,12 +58,10 @@ impl InputTransform<'_> {
                     for (row, positions) in numbers.iter_mut().zip(&positions) {
                         for (number, position) in row.iter_mut().zip(positions) {
                             if let Some(position) = position {
-                                let value = vector::<S>(map.values, position + channel);
-                                *number = if input.rectified {
-                                    simd.max_f32s(zero, value)
-                                } else {
-                                    value
-                                };
+                                *number = vector::<S>(map.values, position + channel);
+                                if input.rectified {
+                                    *number = simd.max_f32s(zero, *number);
+                                }
                             }
                         }
                     }
