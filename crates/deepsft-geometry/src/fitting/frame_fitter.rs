@@ -138,7 +138,7 @@ impl FrameFitter {
         &mut self,
         image: &Picture,
         camera: &Camera,
-        surface: Surface,
+        mut surface: Surface,
     ) -> Result<Surface, GeometryError> {
         let fine = &self.coarse.mesh_fitter.fine;
         check_size(image.size(), camera.size())?;
@@ -150,36 +150,25 @@ impl FrameFitter {
             .coarse
             .measured_terms(fine, &measured, &surface.camera, worth, |_| 1.0)?;
         let fitter = &mut self.coarse.mesh_fitter;
-        let close_ups = close_ups(image, camera, &surface, &fitter.print)?;
-        let Some(fitted) = fit_through(fitter, &close_ups, &surface, &[&reprojection, &depth])? else {
-            let canonical = CloseUp::canonical(image, camera, &surface)?;
-            let deviations = deviations(fitter, &canonical, &surface)?;
-            return Ok(Surface { deviations, ..surface });
-        };
-        let correlation = fitted.correlation;
-        // A fit that was too bad to be tried elsewhere says nothing of a print that looks like itself only when it is blurred.
-        let mut ambiguity = surface.verdict.ambiguity;
-        if ambiguity.is_some() && surface.verdict.correlation < MIN_PROMISING && !self.is_alike_in_detail() {
-            ambiguity = None;
+        let mut close_ups = close_ups(image, camera, &surface, &fitter.print)?;
+        if let Some(fitted) = fit_through(fitter, &close_ups, &surface, &[&reprojection, &depth])? {
+            // A fit that was too bad to be tried elsewhere says nothing of a print that looks like itself only when it is blurred.
+            let is_tried = surface.verdict.correlation >= MIN_PROMISING;
+            let ambiguity = surface.verdict.ambiguity;
+            let ambiguity = ambiguity.filter(|_| is_tried || self.is_alike_in_detail());
+            surface.vertices_camera = fitted.vertices;
+            surface.verdict = fitted.correlation.verdict(ambiguity);
+            surface.confidence = fitted.correlation.confidence;
+            if !surface.is_hidden.is_empty() {
+                surface.is_hidden = fitted.correlation.is_hidden;
+            }
         }
-        let fitted = Surface {
-            vertices_camera: fitted.vertices,
-            verdict: correlation.verdict(ambiguity),
-            confidence: correlation.confidence,
-            is_hidden: if surface.is_hidden.is_empty() {
-                Vec::new()
-            } else {
-                correlation.is_hidden
-            },
-            ..surface
+        let last = match close_ups.pop() {
+            Some(last) => last,
+            None => CloseUp::canonical(image, camera, &surface)?,
         };
-        let last = close_ups
-            .last()
-            .map(|last| deviations(&mut self.coarse.mesh_fitter, last, &fitted));
-        Ok(Surface {
-            deviations: last.transpose()?.unwrap_or_default(),
-            ..fitted
-        })
+        surface.deviations = deviations(&mut self.coarse.mesh_fitter, &last, &surface)?;
+        Ok(surface)
     }
 
     /// The template's mesh where `start` has the object, before any fit to the image: what a track starts from. Vertices in the

@@ -35,8 +35,8 @@ pub(crate) struct MeshFitter {
     /// One with fewer vertices, several times quicker to solve.
     pub(crate) coarse: IsometricMesh,
     to_fine: GridInterpolation,
-    to_fine_linear: GridInterpolation,
-    to_coarse: GridInterpolation,
+    pub(super) to_fine_linear: GridInterpolation,
+    pub(super) to_coarse: GridInterpolation,
     photo_consistency: f64,
     robust: Robust,
 }
@@ -199,19 +199,9 @@ impl MeshFitter {
         self.to_coarse.apply(fine)
     }
 
-    /// Numbers of the coarse mesh's vertices as the fine mesh's.
-    pub(crate) fn fine_scalars(&self, coarse: &[f32]) -> Vec<f32> {
-        self.to_fine_linear.apply_scalars(coarse)
-    }
-
-    /// Numbers of the fine mesh's vertices as the coarse mesh's.
-    pub(crate) fn coarse_scalars(&self, fine: &[f32]) -> Vec<f32> {
-        self.to_coarse.apply_scalars(fine)
-    }
-
     /// Confidences of the coarse mesh's vertices as the fine mesh's.
     pub(crate) fn fine_confidence(&self, coarse: &[f32]) -> Vec<f32> {
-        let mut fine = self.fine_scalars(coarse);
+        let mut fine = self.to_fine_linear.apply_scalars(coarse);
         // Rounding may have left the range.
         fine.iter_mut()
             .for_each(|confidence| *confidence = confidence.clamp(0.0, 1.0));
