@@ -57,12 +57,8 @@ impl Surface {
     /// are surer than a hundredth of their distance. False where the deviations are not known.
     pub fn is_shape_determined(&self) -> bool {
         let sure = |(deviation, p): (&f32, &DVec3)| f64::from(*deviation) < MAX_DEVIATION * p.length();
-        let count = self
-            .deviations
-            .iter()
-            .zip(&self.vertices_camera)
-            .filter(|at| sure(*at))
-            .count();
+        let vertices = self.deviations.iter().zip(&self.vertices_camera);
+        let count = vertices.filter(|vertex| sure(*vertex)).count();
         self.verdict.explained >= MIN_EXPLAINED && 2 * count > self.vertices_camera.len()
     }
 

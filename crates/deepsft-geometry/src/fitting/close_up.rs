@@ -51,13 +51,10 @@ pub(super) struct CloseUp {
 }
 
 impl CloseUp {
-    /// The image that `source` took, as the surface's own camera shows it.
-    pub(super) fn canonical(image: &Picture, source: &Camera, surface: &Surface) -> Result<Self, GeometryError> {
-        Ok(Self {
-            grey: GreyImage::of(&CanonicalWarp::new(source, &surface.camera).apply(image)?),
-            camera: surface.camera,
-            detail: 1.0,
-        })
+    /// The image that `source` took, as `camera` shows it.
+    pub(super) fn new(image: &Picture, source: &Camera, camera: Camera, detail: f64) -> Result<Self, GeometryError> {
+        let grey = GreyImage::of(&CanonicalWarp::new(source, &camera).apply(image)?);
+        Ok(Self { grey, camera, detail })
     }
 
     /// The round that says how far the image confirms a mesh.
@@ -108,8 +105,7 @@ pub(super) fn close_ups(
             height: sides.y as usize,
         };
         let camera = Camera::pinhole(size, focal, -low * focal)?;
-        let grey = GreyImage::of(&CanonicalWarp::new(source, &camera).apply(image)?);
-        Ok(CloseUp { grey, camera, detail })
+        CloseUp::new(image, source, camera, detail)
     };
     details.map(close_up).collect()
 }

@@ -24,8 +24,8 @@ pub(super) fn deviations(
 ) -> Result<Vec<f32>, GeometryError> {
     let observation = Observation::new(&close_up.grey, &close_up.camera)?;
     let coarse = fitter.coarse_vertices(&surface.vertices_camera);
-    let trust = |hidden: &bool| if *hidden { 0.0 } else { 1.0 };
-    let trust: Vec<f32> = surface.is_hidden.iter().map(trust).collect();
+    let trust = surface.is_hidden.iter().map(|hidden| if *hidden { 0.0 } else { 1.0 });
+    let trust: Vec<f32> = trust.collect();
     let trust = (!trust.is_empty()).then(|| fitter.to_coarse.apply_scalars(&trust));
     let round = FitRound {
         resolution: Resolution::Coarse,

@@ -154,8 +154,10 @@ impl FrameFitter {
         if let Some(fitted) = fit_through(fitter, &close_ups, &surface, &[&reprojection, &depth])? {
             // A fit that was too bad to be tried elsewhere says nothing of a print that looks like itself only when it is blurred.
             let is_tried = surface.verdict.correlation >= MIN_PROMISING;
-            let ambiguity = surface.verdict.ambiguity;
-            let ambiguity = ambiguity.filter(|_| is_tried || self.is_alike_in_detail());
+            let ambiguity = surface
+                .verdict
+                .ambiguity
+                .filter(|_| is_tried || self.is_alike_in_detail());
             surface.vertices_camera = fitted.vertices;
             surface.verdict = fitted.correlation.verdict(ambiguity);
             surface.confidence = fitted.correlation.confidence;
@@ -163,10 +165,8 @@ impl FrameFitter {
                 surface.is_hidden = fitted.correlation.is_hidden;
             }
         }
-        let last = match close_ups.pop() {
-            Some(last) => last,
-            None => CloseUp::canonical(image, camera, &surface)?,
-        };
+        let canonical = || CloseUp::new(image, camera, surface.camera, 1.0);
+        let last = close_ups.pop().map_or_else(canonical, Ok)?;
         surface.deviations = deviations(&mut self.coarse.mesh_fitter, &last, &surface)?;
         Ok(surface)
     }

@@ -117,9 +117,7 @@ impl NormalEquations {
     pub(crate) fn inverse_block(&mut self, vertex: usize) -> DMat3 {
         let n = 3 * self.gradient.len();
         let mut columns = vec![0.0; 3 * n];
-        for k in 0..3 {
-            columns[k * n + 3 * vertex + k] = 1.0;
-        }
+        (0..3).for_each(|k| columns[k * n + 3 * vertex + k] = 1.0);
         self.cholesky.solve(&mut columns);
         let column = |k: usize| DVec3::from_slice(&columns[k * n + 3 * vertex..]);
         DMat3::from_cols(column(0), column(1), column(2))
