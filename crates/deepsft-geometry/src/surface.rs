@@ -9,7 +9,6 @@ use crate::verdict::Verdict;
 use glam::DVec3;
 
 /// Least explained fraction of a shape that is determined, and greatest deviation of half of its vertices, as a fraction of their distance.
-/// Of painted prints with less one in two is wrong by several deviations.
 const MIN_EXPLAINED: f64 = 0.8;
 const MAX_DEVIATION: f64 = 0.01;
 

@@ -128,8 +128,7 @@ impl FrameFitter {
 
     /// Fits a surface that was found in a smaller image to the pixels of the camera's own `image`: in close-ups of the sheet, up to the
     /// resolution of the image or of the print, whichever is less. A softer mesh is taken where it explains more of the image. The
-    /// surface stays where it is where the image shows no more detail. In any case it says how sure each vertex is
-    /// ([`Surface::deviations`]).
+    /// surface stays where it is where the image shows no more detail. It tells its [`Surface::deviations`] in any case.
     ///
     /// # Errors
     /// [`GeometryError::MapSize`] when image and camera are not of one size, [`GeometryError::StartLength`] when the surface does not
