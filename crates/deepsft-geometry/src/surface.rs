@@ -52,13 +52,13 @@ impl Surface {
         maps
     }
 
-    /// Whether the image determines the shape, and not only that the object is there: it explains the print, and half of the vertices
+    /// Whether the image determines the shape, and not only that the object is found: it explains the print, and half of the vertices
     /// are surer than a hundredth of their distance. False where the deviations are not known.
     pub fn is_shape_determined(&self) -> bool {
         let sure = |(deviation, p): (&f32, &DVec3)| f64::from(*deviation) < MAX_DEVIATION * p.length();
         let vertices = self.deviations.iter().zip(&self.vertices_camera);
         let count = vertices.filter(|vertex| sure(*vertex)).count();
-        self.verdict.explained >= MIN_EXPLAINED && 2 * count > self.vertices_camera.len()
+        self.verdict.is_found() && self.verdict.explained >= MIN_EXPLAINED && 2 * count > self.vertices_camera.len()
     }
 
     /// The deformed mesh, mm, camera frame, with faces and texture coordinates of `template`, the mesh at rest.

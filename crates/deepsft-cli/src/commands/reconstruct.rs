@@ -229,7 +229,7 @@ impl Object {
             found: judgement.found,
             found_by: estimate.by,
             confidence: judgement.confidence,
-            shape_determined: judgement.found && judgement.shape_determined,
+            shape_determined: judgement.shape_determined,
             deviation_mm: surface.and_then(deviation_range),
             mask_area: judgement.area,
             mesh_taken: asks_for_mesh.then_some(whole.is_some()),
@@ -350,13 +350,10 @@ fn network_only(
 /// Whether the object was found and how sure that is, for people.
 fn verdict(judgement: &Judgement) -> String {
     let found = if judgement.found { "found" } else { "not found" };
-    let shape = match judgement {
-        Judgement {
-            found: true,
-            shape_determined: true,
-            ..
-        } => ", shape determined",
-        _ => "",
+    let shape = if judgement.shape_determined {
+        ", shape determined"
+    } else {
+        ""
     };
     format!("{found}, confidence {:.2}{shape}", judgement.confidence)
 }
