@@ -31,7 +31,7 @@ pub(crate) fn read(input: &[u8]) -> Result<()> {
     );
     template::check(bundle.template());
     if is_one_of(weights::RUN, input) {
-        weights::run(bundle.network());
+        weights::run(bundle.network())?;
     }
     if let Ok(files) = bundle.to_files() {
         let again = ModelBundle::from_files(&files).expect("a bundle that was written can be read");

@@ -7,7 +7,7 @@ use deepsft::{
     weights_to_burnpack,
 };
 use deepsft_geometry::glam::DVec2;
-use deepsft_geometry::{Camera, Maps};
+use deepsft_geometry::{Camera, Maps, RestSurface, Template};
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
@@ -34,24 +34,27 @@ pub(crate) fn read(input: &[u8]) -> Result<()> {
         weights,
     };
     if network.check().is_ok() && is_one_of(RUN, input) {
-        run(&network);
+        run(&network)?;
     }
     Ok(())
 }
 
 /// Looks at a picture through a network, whatever its weights are.
-pub(crate) fn run(network: &FoldedNetwork) {
+pub(crate) fn run(network: &FoldedNetwork) -> Result<()> {
     const SIZE: (usize, usize) = (32, 16);
     // The other architectures are for larger images.
     let Ok(mut executor) = Executor::new(&network.config, SIZE, &network.weights, 1) else {
-        return;
+        return Ok(());
     };
     let picture = crate::picture::small(SIZE.0, SIZE.1);
+    // Where rest positions, if it says such, are looked up.
+    let surface = RestSurface::new(&Template::thin_shell(picture.clone(), 40.0, 30.0)?);
     let mut maps = Maps::empty((SIZE.0, SIZE.1));
     let read = executor
         .run(&picture)
-        .and_then(|()| executor.read(deepsft::Stage::Main, None, &mut maps));
+        .and_then(|()| executor.read(deepsft::Stage::Main, None, Some(&surface), &mut maps));
     assert!(read.is_ok(), "a network that was checked does not run: {read:?}");
+    Ok(())
 }
 
 /// The camera of a small network.
@@ -64,10 +67,9 @@ pub(crate) fn small_config() -> Result<NetworkConfig> {
     let layers = CompactConfig {
         channels: [1; 4],
         blocks_at_32: 0,
-        bins: [2; 3],
+        bins: vec![2; 3],
         refinement_channels: 1,
         mask_channels: 1,
-        seams: false,
     };
     let architecture = deepsft::Architecture::Compact(layers);
     Ok(NetworkConfig::new(architecture, [40.0, 30.0], &small_camera()?))

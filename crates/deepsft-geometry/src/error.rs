@@ -65,6 +65,9 @@ pub enum GeometryError {
         /// Name of the term.
         term: &'static str,
     },
+    /// A network's rest positions were to be read without the template that they are of.
+    #[error("the network says rest positions, and there is no template to find them on")]
+    NoRestSurface,
     /// No vertex is visible: nothing says where the object is.
     #[error("no vertex is visible")]
     NoVisibleVertex,

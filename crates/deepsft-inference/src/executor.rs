@@ -13,7 +13,9 @@ use crate::residual::residual_pipeline;
 use crate::residual::{ResidualPlan, read};
 use crate::stage::Stage;
 use crate::weights::Weights;
-use deepsft_geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH, GeometryError, ImageSize, Maps, Picture, check_size};
+use deepsft_geometry::{
+    CANONICAL_HEIGHT, CANONICAL_WIDTH, GeometryError, ImageSize, Maps, Picture, RestSurface, check_size,
+};
 
 /// Checks the size of images for networks that know one only.
 fn check_canonical(image: ImageSize) -> Result<(), PlanError> {
@@ -94,13 +96,20 @@ impl Executor {
     /// Writes the maps of the last image: depth (mm) and registration at the pixels of `seen` (row-major) if given, else in the
     /// network's mask. That of the compact network is where the mask's probability is at least one half; the paper's network and
     /// R50F say a depth nearer to the range than to the -1 outside, at the stage that is read. R50F says the same at all stages.
+    /// Rest positions are looked up on the `surface` that they are of; other networks need none.
     ///
     /// # Errors
-    /// [`GeometryError::MapSize`] when `maps` or `seen` have another size than the image.
-    pub fn read(&mut self, stage: Stage, seen: Option<&[bool]>, maps: &mut Maps) -> Result<(), GeometryError> {
+    /// [`GeometryError::MapSize`] when `maps` or `seen` have another size than the image, [`GeometryError::NoRestSurface`].
+    pub fn read(
+        &mut self,
+        stage: Stage,
+        seen: Option<&[bool]>,
+        surface: Option<&RestSurface>,
+        maps: &mut Maps,
+    ) -> Result<(), GeometryError> {
         let cpu = &self.cpu;
         match &mut self.network {
-            Network::Compact(frame) => frame.read(cpu, stage, seen, maps),
+            Network::Compact(frame) => frame.read(cpu, stage, seen, surface, maps),
             Network::Residual { outputs, range, .. } => {
                 let said = |k: usize| (cpu.values(outputs[k]), cpu.pitch(outputs[k]));
                 read(outputs.len(), *range, said, (stage, seen), maps)
@@ -108,8 +117,9 @@ impl Executor {
         }
     }
 
-    /// Returns (u, v, d) of the compact network's cells of 8 pixels, d in normalised log depth: row after row. `None` for others.
-    pub fn cells(&self, stage: Stage) -> Option<[&[f32]; 3]> {
+    /// Returns u, v and d, or x, y, d and z of rest positions, of the compact network's cells of 8 pixels: row after row, d in
+    /// normalised log depth, the fourth empty where there is none. `None` for others.
+    pub fn cells(&self, stage: Stage) -> Option<[&[f32]; 4]> {
         match &self.network {
             Network::Compact(frame) => Some(frame.cell_maps.cells(stage)),
             Network::Residual { .. } => None,
@@ -184,14 +194,20 @@ impl GpuExecutor {
     /// Writes the maps of the last image, see [`Executor::read`].
     ///
     /// # Errors
-    /// [`GeometryError::MapSize`] when `maps` or `seen` have another size than the image.
-    pub fn read(&mut self, stage: Stage, seen: Option<&[bool]>, maps: &mut Maps) -> Result<(), GeometryError> {
+    /// As [`Executor::read`].
+    pub fn read(
+        &mut self,
+        stage: Stage,
+        seen: Option<&[bool]>,
+        surface: Option<&RestSurface>,
+        maps: &mut Maps,
+    ) -> Result<(), GeometryError> {
         let pipeline = &self.pipeline;
         match &mut self.cells {
             Some(cells) => {
                 // In a browser the pipeline cannot be shared between threads; its numbers can.
                 let logits = pipeline.result(2);
-                cells.read(stage, seen, |patch, at| logit(logits, patch, at), maps)
+                cells.read(stage, seen, surface, |patch, at| logit(logits, patch, at), maps)
             }
             None => read(3, self.range, |k| (pipeline.result(k), 4), (stage, seen), maps),
         }
@@ -199,7 +215,7 @@ impl GpuExecutor {
 
     /// The compact network's cells, see [`Executor::cells`].
     #[cfg(test)]
-    pub(crate) fn cells(&self, stage: Stage) -> Option<[&[f32]; 3]> {
+    pub(crate) fn cells(&self, stage: Stage) -> Option<[&[f32]; 4]> {
         self.cells.as_ref().map(|cells| cells.cells(stage))
     }
 

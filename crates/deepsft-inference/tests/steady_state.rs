@@ -17,10 +17,9 @@ fn compact() -> NetworkConfig {
     config(Architecture::Compact(CompactConfig {
         channels: [8, 12, 16, 20],
         blocks_at_32: 1,
-        bins: [6, 7, 8],
+        bins: vec![6, 7, 8],
         refinement_channels: 9,
         mask_channels: 5,
-        seams: false,
     }))
 }
 
@@ -59,7 +58,9 @@ fn a_frame_allocates_nothing() {
         let mut maps = Maps::empty((width, height));
         let counted = allocation_counter::measure(|| {
             executor.run(&picture).unwrap();
-            executor.read(Stage::RegistrationRefinement, None, &mut maps).unwrap();
+            executor
+                .read(Stage::RegistrationRefinement, None, None, &mut maps)
+                .unwrap();
         });
         assert_eq!(
             (counted.count_total, counted.bytes_total),
@@ -68,7 +69,7 @@ fn a_frame_allocates_nothing() {
             config.architecture.name()
         );
         let everything = vec![true; width * height];
-        executor.read(Stage::Main, Some(&everything), &mut maps).unwrap();
+        executor.read(Stage::Main, Some(&everything), None, &mut maps).unwrap();
         assert_eq!(maps.area(), width * height);
     }
 }

@@ -32,9 +32,7 @@ pub use any_network::Network;
 pub use block::Block;
 /// Tensors and devices in this interface are those of this version of burn.
 pub use burn;
-pub use compact::{
-    CompactNetwork, DescriptorNetwork, INPUT_MULTIPLE, NetworkOutput, PIXELS_PER_CELL, SEAM_JUMP, cross_entropy,
-};
+pub use compact::{CompactNetwork, DescriptorNetwork, INPUT_MULTIPLE, NetworkOutput, PIXELS_PER_CELL, cross_entropy};
 pub use description::{Cost, LayerDescription};
 pub use device::start_device;
 pub use error::NetworkError;

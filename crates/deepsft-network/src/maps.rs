@@ -6,7 +6,8 @@ use deepsft_inference::DepthRange;
 /// Full-resolution maps of B images of H x W pixels, differentiable with respect to all weights that are trained.
 ///
 /// Depths are *normalised depths* of [`DepthRange`]: (z - near) / (far - near), 0 to 1 inside the range;
-/// [`NetworkMaps::millimetres`] converts. Registrations are (u, v) in the unit square of the texture.
+/// [`NetworkMaps::millimetres`] converts. Registrations are (u, v) in the unit square of the texture, or rest positions (x, y, z) in
+/// the unit cube ([`deepsft_geometry::RestSurface`]): C numbers.
 ///
 /// Outside the object the paper's network and R50F learn to say -1 in all three (as in the paper, in these units),
 /// see [`super::Network::says_outside`]; the compact network continues the surface there and says with the mask
@@ -15,11 +16,11 @@ use deepsft_inference::DepthRange;
 pub struct NetworkMaps {
     /// Main block's depth, [B, 1, H, W].
     pub main_depth: Tensor<4>,
-    /// Main block's registration, [B, 2, H, W].
+    /// Main block's registration, [B, C, H, W].
     pub main_registration: Tensor<4>,
     /// Refined depth, [B, 1, H, W]; the main block's where there is no refinement (R50F).
     pub depth: Tensor<4>,
-    /// Refined registration, [B, 2, H, W]; the main block's where there is no refinement (R50F).
+    /// Refined registration, [B, C, H, W]; the main block's where there is no refinement (R50F).
     pub registration: Tensor<4>,
     /// Logit of "the object is seen here", [B, 1, H, W]: positive where it is.
     pub mask_logits: Tensor<4>,

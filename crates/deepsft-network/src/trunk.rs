@@ -152,8 +152,8 @@ mod tests {
         let begun = fresh.clone().with_trunk("w", &weights(trained.clone())).unwrap();
         // New heads have no biases: the logits of their bins tell the features, up to the factor.
         let bins = |network: &Network| {
-            let [u, v, d] = network.as_compact().unwrap().forward(images.clone()).bins;
-            Tensor::cat(vec![u, v, d], 1)
+            let bins = network.as_compact().unwrap().forward(images.clone()).bins;
+            Tensor::cat(bins, 1)
         };
         let [ours, theirs] = [&begun, &trained.fold()].map(bins);
         let product = |a: &Tensor<4>, b: &Tensor<4>| (a.clone() * b.clone()).sum().into_scalar::<f32>();

@@ -4,6 +4,7 @@ mod bilinear_warp;
 mod compact_maps;
 mod depth_refinement;
 mod photo_consistency;
+mod rest_registration;
 mod supervised_maps;
 mod total_variation;
 
@@ -16,6 +17,7 @@ pub use photo_consistency::{Light, PhotoConsistencyLoss, Residual};
 
 pub(crate) use bilinear_warp::TexturePyramid;
 pub(crate) use compact_maps::step_one_loss;
+pub(crate) use rest_registration::registration_of_positions;
 pub(crate) use supervised_maps::supervised_maps_loss;
 #[cfg(test)]
 use total_variation::squared_total_variation;

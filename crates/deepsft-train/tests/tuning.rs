@@ -6,9 +6,11 @@ mod common;
 
 use burn::module::{Module, ModuleVisitor, Param};
 use burn::tensor::{Device, Tensor};
-use common::{SIZE, copy, frame_of, plane, small_camera, small_compact, template};
+use common::charts::{in_texture, two_charts};
+use common::{copy, frame_of, plane, small_camera, small_compact, template};
 use deepsft::{Architecture, NetworkConfig, PaperConfig};
-use deepsft_geometry::{ColorResponse, Template, photo_consistency_error, training_camera};
+use deepsft_geometry::glam::DVec2;
+use deepsft_geometry::{ColorResponse, Picture, Template, draw_template, photo_consistency_error, training_camera};
 use deepsft_network::Network;
 use deepsft_synth::{SynthConfig, Synthesizer};
 use deepsft_train::{
@@ -20,12 +22,17 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 
-/// A small network with its first weights, another one, and one for a template whose texture has seams; all folded as in
+/// A small network with its first weights, another one, and one that says rest positions; all folded as in
 /// bundles. They are drawn together when a test first asks for one, before any of these tests trains: the device's
 /// generator is one for all threads.
 static NETWORKS: LazyLock<Mutex<[Network; 3]>> = LazyLock::new(|| {
     let config = small_compact(&small_camera());
-    let drawn = [(5, config.clone()), (6, config.clone()), (5, config.with_seams())].map(|(seed, config)| {
+    let drawn = [
+        (5, config.clone()),
+        (6, config.clone()),
+        (5, config.with_rest_positions(180.0)),
+    ]
+    .map(|(seed, config)| {
         let device = Device::flex();
         device.seed(seed);
         Network::new(&config, &device).fold()
@@ -45,7 +52,7 @@ fn another_network() -> Network {
     drawn(1)
 }
 
-fn network_with_seams() -> Network {
+fn network_of_rest_positions() -> Network {
     drawn(2)
 }
 
@@ -81,11 +88,11 @@ fn run(
     config: &TrainConfig,
     report: impl FnMut(Progress),
 ) -> Result<Tuned, TrainError> {
-    run_from(&network(), step, frames, config, report)
+    run_from((&network(), &template()), step, frames, config, report)
 }
 
 fn run_from(
-    network: &Network,
+    (network, template): (&Network, &Template),
     step: TuningStep,
     frames: &RecordedFrames,
     config: &TrainConfig,
@@ -93,7 +100,7 @@ fn run_from(
 ) -> Result<Tuned, TrainError> {
     let set = TuningSet {
         frames,
-        template: &template(),
+        template,
         canonical: &small_camera(),
         truth: &BTreeMap::new(),
     };
@@ -101,9 +108,14 @@ fn run_from(
 }
 
 /// The losses of all updates of a tuning, and what it ended with.
-fn losses_of(network: &Network, step: TuningStep, frames: &RecordedFrames, config: &TrainConfig) -> (Vec<f64>, Tuned) {
+fn losses_of(
+    start: (&Network, &Template),
+    step: TuningStep,
+    frames: &RecordedFrames,
+    config: &TrainConfig,
+) -> (Vec<f64>, Tuned) {
     let mut losses = Vec::new();
-    let tuned = run_from(network, step, frames, config, |progress| {
+    let tuned = run_from(start, step, frames, config, |progress| {
         if let Progress::Step { loss, .. } = progress {
             losses.push(loss);
         }
@@ -213,7 +225,7 @@ fn check_that_alone_moved(block: &str, before: &Network, after: &Network) {
 fn steps_two_and_three_learn_a_frame_by_heart_and_leave_all_other_blocks_bit_for_bit() {
     for (step, block) in STEPS {
         let folder = tempfile::tempdir().unwrap();
-        let (losses, tuned) = losses_of(&network(), step, &frames(1), &config(folder.path(), 120));
+        let (losses, tuned) = losses_of((&network(), &template()), step, &frames(1), &config(folder.path(), 120));
         let (first, last) = (losses[0], losses[losses.len() - 1]);
         assert!(last < 0.1 * first, "{step:?}: {first} -> {last}");
         check_that_alone_moved(block, &network(), &tuned.network);
@@ -257,21 +269,31 @@ fn step_three_can_compare_with_the_template_in_the_cameras_colours() {
 }
 
 #[test]
-fn steps_two_and_three_train_the_network_of_a_template_with_seams() {
-    // Two charts of the texture, side by side: u jumps by 0.3 in the middle of the image.
+fn steps_two_and_three_train_a_network_of_rest_positions_across_a_seam() {
+    // The print of `template`, cut in two.
+    let texture = Picture::from_fn(90, 60, |x, y| {
+        let at = in_texture(DVec2::new((x as f64 + 0.5) / 90.0, (y as f64 + 0.5) / 60.0));
+        [(20.0 + 180.0 * at.x) as u8, (20.0 + 180.0 * at.y) as u8, 128]
+    });
+    let template = two_charts(texture, DVec2::new(180.0, 120.0));
     let mut maps = plane(0.0, [0; 2]);
-    for pixel in (0..maps.depth().len()).filter(|pixel| pixel % SIZE[0] >= SIZE[0] / 2) {
-        if maps.inside(pixel) {
-            let [u, v] = maps.registration()[pixel];
-            maps.set(pixel, maps.depth()[pixel], [u + 0.3, v]);
-        }
+    let mut turned = 0;
+    for pixel in (0..maps.depth().len()).filter(|&pixel| plane(0.0, [0; 2]).inside(pixel)) {
+        let at = maps.uv(pixel);
+        turned += usize::from(in_texture(at) != at);
+        maps.set(pixel, maps.depth()[pixel], in_texture(at).as_vec2().to_array());
     }
+    assert!(turned * 4 > maps.area() && turned < maps.area(), "{turned} pixels");
     let mut frames = frames(1);
-    frames.training[0] = frame_of(0, &maps);
-    let network = network_with_seams();
+    frames.training[0] = TrainingFrame {
+        image: draw_template(template.texture(), &maps),
+        ..frame_of(0, &maps)
+    };
+    let network = network_of_rest_positions();
     for (step, block) in STEPS {
         let folder = tempfile::tempdir().unwrap();
-        let (losses, tuned) = losses_of(&network, step, &frames, &config(folder.path(), 120));
+        let config = config(folder.path(), 120);
+        let (losses, tuned) = losses_of((&network, &template), step, &frames, &config);
         let (first, last) = (losses[0], losses[losses.len() - 1]);
         assert!(last < 0.1 * first, "{step:?}: {first} -> {last}");
         check_that_alone_moved(block, &network, &tuned.network);
@@ -345,7 +367,7 @@ fn step_three_learns_a_frame_by_heart_under_a_light_that_is_fitted() {
         let folder = tempfile::tempdir().unwrap();
         let mut config = config(folder.path(), 120);
         config.photo_consistency.light = light;
-        let (losses, _) = losses_of(&network(), TuningStep::Registration, &frames, &config);
+        let (losses, _) = losses_of((&network(), &template()), TuningStep::Registration, &frames, &config);
         losses[losses.len() - 1] / losses[0]
     };
     let fitted = share_left(Light::Fitted);
@@ -381,7 +403,7 @@ fn the_papers_preset_has_its_numbers_and_learns_with_them() {
         // The paper's ten epochs of 2,728 frames are 3,900 updates; these are 120.
         config.depth_tuning.epochs = 40;
         config.registration_tuning.epochs = 40;
-        let (losses, tuned) = losses_of(&network(), step, &frames, &config);
+        let (losses, tuned) = losses_of((&network(), &template()), step, &frames, &config);
         let epoch = losses.len() / 40;
         let (first, last) = (&losses[..epoch], &losses[losses.len() - epoch..]);
         let decrease = last.iter().sum::<f64>() / first.iter().sum::<f64>();

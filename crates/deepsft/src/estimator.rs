@@ -8,7 +8,7 @@ use crate::finding::FinderKind;
 use crate::photo_consistency::TemplateLuminance;
 use deepsft_geometry::{
     CANONICAL_HEIGHT, CANONICAL_WIDTH, Camera, CanonicalViews, CanonicalWarp, GeometryError, ImageSize, Maps, Picture,
-    canonical_camera, check_size, remove_islands, turned_clockwise,
+    RestSurface, canonical_camera, check_size, remove_islands, turned_clockwise,
 };
 #[cfg(feature = "webgpu")]
 use deepsft_inference::{DeviceKind, GpuError, GpuExecutor};
@@ -80,11 +80,17 @@ impl Runner {
         }
     }
 
-    fn read(&mut self, stage: Stage, seen: Option<&[bool]>, maps: &mut Maps) -> Result<(), GeometryError> {
+    fn read(
+        &mut self,
+        stage: Stage,
+        seen: Option<&[bool]>,
+        surface: Option<&RestSurface>,
+        maps: &mut Maps,
+    ) -> Result<(), GeometryError> {
         match self {
-            Self::Cpu(executor) => executor.read(stage, seen, maps),
+            Self::Cpu(executor) => executor.read(stage, seen, surface, maps),
             #[cfg(feature = "webgpu")]
-            Self::WebGpu(executor) => executor.read(stage, seen, maps),
+            Self::WebGpu(executor) => executor.read(stage, seen, surface, maps),
         }
     }
 }
@@ -98,6 +104,8 @@ fn failed(error: &GpuError) -> DeepSftError {
 #[derive(Debug)]
 struct Runners {
     network: FoldedNetwork,
+    /// Where its rest positions are looked up.
+    surface: Option<RestSurface>,
     device: Device,
     idle: Mutex<Vec<Runner>>,
 }
@@ -116,7 +124,7 @@ impl Runners {
         let ran = runner.run(canonical).await;
         let read = |&stage: &Stage| {
             let mut maps = Maps::empty(canonical.size());
-            runner.read(stage, seen, &mut maps)?;
+            runner.read(stage, seen, self.surface.as_ref(), &mut maps)?;
             Ok(maps)
         };
         let maps = ran.and_then(|()| stages.iter().map(read).collect());
@@ -144,6 +152,7 @@ impl Estimator {
         let runners = Runners {
             idle: Mutex::new(vec![Runner::new(bundle.network(), device)?]),
             network: bundle.network().clone(),
+            surface: bundle.network().config.rest_surface(bundle.template()),
             device: device.clone(),
         };
         Ok(Self {

@@ -2,7 +2,8 @@
 
 use super::color_map::ColorMap;
 use super::sheet::{ColorBar, Panel};
-use deepsft_geometry::glam::DVec2;
+use deepsft_geometry::glam::{DVec2, DVec3};
+use deepsft_geometry::metrics::RestShape;
 use deepsft_geometry::raster::VisibleSurface;
 use deepsft_geometry::{Camera, Maps, Picture, Surface, TriangleMesh, draw_template, metrics};
 
@@ -124,11 +125,11 @@ pub fn depth_error(title: &str, predicted: &Maps, truth: &Maps, max_mm: f64) -> 
 }
 
 /// The registration error in mm on the template in the pixels inside both masks; the scale ends at `max_mm`.
-pub fn registration_error(title: &str, predicted: &Maps, truth: &Maps, size_mm: DVec2, max_mm: f64) -> Panel {
+pub fn registration_error(title: &str, predicted: &Maps, truth: &Maps, rest: RestShape<'_>, max_mm: f64) -> Panel {
     values(title, truth, bar(ColorMap::Inferno, [0.0, max_mm], "mm"), |pixel| {
         let both = predicted.inside(pixel) && truth.inside(pixel);
-        let uv = |maps: &Maps| DVec2::from_array(maps.registration()[pixel].map(f64::from));
-        both.then(|| ((uv(predicted) - uv(truth)) * size_mm).length())
+        let error = both.then(|| rest.error_mm(predicted.uv(pixel), truth.uv(pixel)));
+        error.flatten().map(DVec3::length)
     })
 }
 
@@ -138,11 +139,11 @@ pub fn registration_error_px(
     predicted: &Maps,
     truth: &Maps,
     camera: &Camera,
-    size_mm: DVec2,
+    rest: RestShape<'_>,
     max_px: f64,
 ) -> Panel {
     values(title, truth, bar(ColorMap::Inferno, [0.0, max_px], "px"), |pixel| {
-        metrics::registration_error_px(predicted, truth, camera, pixel, size_mm).map(DVec2::length)
+        metrics::registration_error_px(predicted, truth, camera, pixel, rest).map(DVec2::length)
     })
 }
 

@@ -184,7 +184,8 @@ fn a_scan_goes_from_import_to_evaluation_without_touching_code() {
     ];
     deepsft(folder, &train).succeeds();
     let model: Value = serde_json::from_slice(&fs::read(folder.join("model/model.json")).unwrap()).unwrap();
-    assert_eq!(model["network"]["seams"], Value::Bool(true));
+    // Rest positions: bins for x, y, depth and z.
+    assert_eq!(model["network"]["bins"].as_array().map(Vec::len), Some(4));
     assert!(model["files"].get("template/mesh.obj").is_some());
     let eval = [
         "eval",

@@ -71,7 +71,7 @@ fn error_panels_show_the_error_in_millimetres() {
     );
     let depth = depth_error("", &predicted, &truth, 10.0);
     assert_eq!(depth.picture.pixel(0, 0), ColorMap::Inferno.color(0.5));
-    let registration = registration_error("", &predicted, &truth, SIZE, 10.0);
+    let registration = registration_error("", &predicted, &truth, SIZE.into(), 10.0);
     assert_eq!(registration.picture.pixel(0, 0), ColorMap::Inferno.color(0.5));
     assert_eq!(registration.picture.pixel(1, 0), ColorMap::Inferno.color(0.0));
 }
@@ -86,7 +86,7 @@ fn the_registration_error_in_pixels_is_that_of_the_metrics() {
         truth.set(pixel, 380.0, [uv[0] / 200.0, uv[1] / 100.0]);
         predicted.set(pixel, 380.0, [(uv[0] + 3.0) / 200.0, (uv[1] + 4.0) / 100.0]);
     }
-    let panel = registration_error_px("", &predicted, &truth, &camera, SIZE, 10.0);
+    let panel = registration_error_px("", &predicted, &truth, &camera, SIZE.into(), 10.0);
     let difference = |a: [u8; 3], b: [u8; 3]| (0..3).map(|k| a[k].abs_diff(b[k])).max().unwrap();
     assert!(difference(panel.picture.pixel(50, 50), ColorMap::Inferno.color(0.5)) <= 1);
     assert_eq!(

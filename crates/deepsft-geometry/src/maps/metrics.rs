@@ -3,7 +3,8 @@
 use super::depth_and_registration::Maps;
 use crate::camera::Camera;
 use crate::error::{GeometryError, check_size};
-use glam::{DMat2, DVec2};
+use crate::mesh::Template;
+use glam::{DVec2, DVec3};
 
 /// Two neighbouring pixels whose depths differ by more than this fraction of the depth lie on two
 /// sheets of the surface: 5 % of 500 mm over one pixel is a tilt of 87 degrees at f = 380.
@@ -15,6 +16,51 @@ const DEPTH_JUMP: f64 = 0.05;
 /// inverse only amplifies rounding; above the upper one (tilt 84 degrees) the neighbours lie on two
 /// sides of a fold. Such pixels are left out of the figure in pixels.
 const JACOBIAN_BOUNDS: [f64; 2] = [0.25, 10.0];
+
+/// The rest shape on which errors of a registration are measured: a sheet of a size in mm, or a template.
+///
+/// Of a template that is no sheet they are distances in space. A texture position on another chart can be a millimetre away, and
+/// one beside it on the same texture the width of the object.
+#[derive(Clone, Copy, Debug)]
+pub enum RestShape<'a> {
+    /// A sheet, or a texture's unit square as large as that.
+    Sheet(DVec2),
+    /// Any template.
+    Template(&'a Template),
+}
+
+impl From<DVec2> for RestShape<'_> {
+    fn from(size_mm: DVec2) -> Self {
+        Self::Sheet(size_mm)
+    }
+}
+
+impl<'a> From<&'a Template> for RestShape<'a> {
+    fn from(template: &'a Template) -> Self {
+        Self::Template(template)
+    }
+}
+
+impl RestShape<'_> {
+    /// The place of `uv`, mm; `None` where the texture belongs to no face.
+    fn point(&self, uv: DVec2) -> Option<DVec3> {
+        match self {
+            Self::Sheet(size_mm) => Some((uv * size_mm).extend(0.0)),
+            Self::Template(template) => template.point_template(uv),
+        }
+    }
+
+    /// Returns the vector from the place of `truth` to that of `predicted`, mm. Where the prediction is on no face it has the
+    /// length of the difference in the texture; `None` where the truth is on none.
+    pub fn error_mm(&self, predicted: DVec2, truth: DVec2) -> Option<DVec3> {
+        let from = self.point(truth)?;
+        Some(match (self, self.point(predicted)) {
+            (_, Some(to)) => to - from,
+            (Self::Template(template), None) => ((predicted - truth) * template.size_mm()).extend(0.0),
+            (Self::Sheet(_), None) => return None,
+        })
+    }
+}
 
 /// The metrics of one frame. Errors are over the pixels inside both masks and `None` when there are
 /// none: read them beside [`coverage`](Self::coverage).
@@ -37,8 +83,7 @@ pub struct FrameMetrics {
     pub coverage: Option<f64>,
 }
 
-/// Compares `predicted` with `truth`, both maps of `camera`'s image. `template_size_mm` is the size of the texture
-/// map's unit square on the template.
+/// Compares `predicted` with `truth`, both maps of `camera`'s image and of the same rest shape.
 ///
 /// ```
 /// use deepsft_geometry::{Maps, glam::DVec2, metrics::frame_metrics, training_camera};
@@ -53,13 +98,13 @@ pub struct FrameMetrics {
 ///
 /// # Errors
 /// [`GeometryError::MapSize`] when the maps are not of the camera's size.
-pub fn frame_metrics(
+pub fn frame_metrics<'a>(
     predicted: &Maps,
     truth: &Maps,
     camera: &Camera,
-    template_size_mm: DVec2,
+    rest: impl Into<RestShape<'a>>,
 ) -> Result<FrameMetrics, GeometryError> {
-    let width = camera.size().width;
+    let (width, rest) = (camera.size().width, rest.into());
     for size in [truth.size(), predicted.size()] {
         check_size(size, camera.size())?;
     }
@@ -76,9 +121,10 @@ pub fn frame_metrics(
         depth.add(depth_error * depth_error);
         let centre = DVec2::new((pixel % width) as f64 + 0.5, (pixel / width) as f64 + 0.5);
         points.add((camera.ray_from_pixel(centre).extend(1.0) * depth_error).length_squared());
-        let error_mm = (predicted.uv(pixel) - truth.uv(pixel)) * template_size_mm;
-        millimetres.add(error_mm.length_squared());
-        if let Some(error_px) = registration_error_px(predicted, truth, camera, pixel, template_size_mm) {
+        if let Some(error_mm) = rest.error_mm(predicted.uv(pixel), truth.uv(pixel)) {
+            millimetres.add(error_mm.length_squared());
+        }
+        if let Some(error_px) = registration_error_px(predicted, truth, camera, pixel, rest) {
             pixels.add(error_px.length_squared());
         }
     }
@@ -95,20 +141,24 @@ pub fn frame_metrics(
 
 /// Returns the registration error at one pixel (row-major), in pixels: by how much an overlay is displaced there.
 /// [`FrameMetrics::registration_rmse_px`] is its root mean square. `None` where it is not defined.
-pub fn registration_error_px(
+pub fn registration_error_px<'a>(
     predicted: &Maps,
     truth: &Maps,
     camera: &Camera,
     pixel: usize,
-    template_size_mm: DVec2,
+    rest: impl Into<RestShape<'a>>,
 ) -> Option<DVec2> {
     let size = predicted.depth().len().min(truth.depth().len());
     if pixel >= size || !predicted.inside(pixel) || !truth.inside(pixel) {
         return None;
     }
-    let error_mm = (predicted.uv(pixel) - truth.uv(pixel)) * template_size_mm;
-    let jacobian = jacobian_mm(truth, pixel, camera, template_size_mm)?;
-    Some(jacobian.inverse() * error_mm)
+    let rest = rest.into();
+    let error_mm = rest.error_mm(predicted.uv(pixel), truth.uv(pixel))?;
+    let [x, y] = jacobian_mm(truth, pixel, camera, rest)?;
+    // The step in the image whose steps on the surface are nearest to the error.
+    let (a, b, c) = (x.length_squared(), x.dot(y), y.length_squared());
+    let (p, q) = (x.dot(error_mm), y.dot(error_mm));
+    Some(DVec2::new(c * p - b * q, a * q - b * p) / (a * c - b * b))
 }
 
 /// Mean and median of one metric over frames.
@@ -160,23 +210,32 @@ impl MeanSquare {
     }
 }
 
-/// The Jacobian d(template mm) / d(pixel) of `truth` at `pixel` by central differences, or `None` where
+/// The Jacobian d(template mm) / d(pixel) of `truth` at `pixel` by central differences, along x and along y, or `None` where
 /// a neighbour is missing or on another sheet, or a singular value is out of [`JACOBIAN_BOUNDS`].
-fn jacobian_mm(truth: &Maps, pixel: usize, camera: &Camera, template_size_mm: DVec2) -> Option<DMat2> {
-    let [dx, dy] = central_differences(truth, pixel)?;
-    let jacobian = DMat2::from_cols(dx * template_size_mm, dy * template_size_mm);
-    // Singular values of a 2x2 matrix: their squares have the sum |J|^2 and the product det(J)^2.
-    let norm2 = jacobian.x_axis.length_squared() + jacobian.y_axis.length_squared();
-    let det = jacobian.determinant().abs();
+fn jacobian_mm(truth: &Maps, pixel: usize, camera: &Camera, rest: RestShape<'_>) -> Option<[DVec3; 2]> {
+    let pairs = neighbours_on_sheet(truth, pixel)?;
+    let mut slopes = [DVec3::ZERO; 2];
+    for (slope, [from, to]) in slopes.iter_mut().zip(pairs) {
+        *slope = rest.error_mm(truth.uv(to), truth.uv(from))? / 2.0;
+    }
+    // Singular values of a matrix of two columns: their squares have the sum |J|^2, and their product is that of the columns.
+    let [x, y] = slopes;
+    let (norm2, det) = (x.length_squared() + y.length_squared(), x.cross(y).length());
     let (sum, difference) = ((norm2 + 2.0 * det).sqrt(), (norm2 - 2.0 * det).max(0.0).sqrt());
     let footprint = f64::from(truth.depth()[pixel]) / camera.focal().max_element();
     let smallest = (sum - difference) / 2.0 / footprint;
     let largest = (sum + difference) / 2.0 / footprint;
-    (smallest >= JACOBIAN_BOUNDS[0] && largest <= JACOBIAN_BOUNDS[1]).then_some(jacobian)
+    (smallest >= JACOBIAN_BOUNDS[0] && largest <= JACOBIAN_BOUNDS[1]).then_some(slopes)
 }
 
 /// d(u, v) / dx and d(u, v) / dy per pixel, where all four neighbours are on the same sheet.
 pub(crate) fn central_differences(maps: &Maps, pixel: usize) -> Option<[DVec2; 2]> {
+    let half = |[from, to]: [usize; 2]| (maps.uv(to) - maps.uv(from)) / 2.0;
+    Some(neighbours_on_sheet(maps, pixel)?.map(half))
+}
+
+/// The pixels left and right of a pixel, above and below it, where all four are on the same sheet of the surface.
+fn neighbours_on_sheet(maps: &Maps, pixel: usize) -> Option<[[usize; 2]; 2]> {
     let (width, height) = (maps.size().width, maps.size().height);
     let (x, y) = (pixel % width, pixel / width);
     if x == 0 || y == 0 || x + 1 >= width || y + 1 >= height {
@@ -186,8 +245,6 @@ pub(crate) fn central_differences(maps: &Maps, pixel: usize) -> Option<[DVec2; 2
     let same_sheet = |other: usize| {
         maps.inside(other) && f64::from((maps.depth()[other] - depth).abs()) <= DEPTH_JUMP * f64::from(depth)
     };
-    let (left, right, up, down) = (pixel - 1, pixel + 1, pixel - width, pixel + width);
-    let half = |from: usize, to: usize| (maps.uv(to) - maps.uv(from)) / 2.0;
-    let is_whole = [left, right, up, down].into_iter().all(same_sheet);
-    is_whole.then(|| [half(left, right), half(up, down)])
+    let pairs = [[pixel - 1, pixel + 1], [pixel - width, pixel + width]];
+    pairs.as_flattened().iter().copied().all(same_sheet).then_some(pairs)
 }

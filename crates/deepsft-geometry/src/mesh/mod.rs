@@ -2,6 +2,7 @@
 
 mod catmull_rom;
 mod disjoint_sets;
+mod rest_surface;
 mod rigid_motion;
 mod rotation;
 mod surface_locator;
@@ -14,6 +15,7 @@ mod welding;
 
 pub use catmull_rom::catmull_rom;
 pub use disjoint_sets::DisjointSets;
+pub use rest_surface::RestSurface;
 pub use rigid_motion::RigidMotion;
 pub(crate) use rotation::nearest_rotation;
 pub use surface_locator::SurfaceLocator;

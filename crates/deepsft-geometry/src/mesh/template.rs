@@ -190,11 +190,17 @@ impl Template {
 
     /// Sides of the rest mesh's bounding box, mm.
     pub fn extent_mm(&self) -> DVec3 {
-        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        for p in self.mesh.vertices() {
-            (low, high) = (low.min(*p), high.max(*p));
-        }
+        let [low, high] = self.bounds();
         high - low
+    }
+
+    /// The corners of the rest mesh's bounding box, mm, template frame.
+    pub(crate) fn bounds(&self) -> [DVec3; 2] {
+        let vertices = || self.mesh.vertices().iter().copied();
+        [
+            vertices().fold(DVec3::INFINITY, DVec3::min),
+            vertices().fold(DVec3::NEG_INFINITY, DVec3::max),
+        ]
     }
 
     /// Whether it is a flat sheet.

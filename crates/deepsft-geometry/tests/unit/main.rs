@@ -14,6 +14,7 @@ mod mipmap;
 mod one_euro;
 mod photo_consistency;
 mod pinhole;
+mod rest_surface;
 mod rigid_motion;
 mod self_calibration;
 mod surface_locator;

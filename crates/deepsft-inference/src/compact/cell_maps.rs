@@ -5,23 +5,21 @@ use super::patches::PATCH;
 use crate::config::NetworkConfig;
 use crate::cpu::{Chunks, in_parallel, with_team};
 use crate::stage::Stage;
-use deepsft_geometry::{GeometryError, Maps, OUTSIDE, check_size};
+use deepsft_geometry::glam::DVec3;
+use deepsft_geometry::{GeometryError, Maps, OUTSIDE, RestSurface, check_size};
 use pulp::{Arch, Simd, WithSimd};
 
-/// Cells beside one another whose u or v differ by more than this belong to different charts.
-const SEAM_JUMP: f32 = 0.12;
-
-/// (u, v, depth) of an image's cells, on whichever device the network ran.
+/// Coordinates of an image's cells, on whichever device the network ran: u, v and d, or x, y, d and z of rest positions.
 #[derive(Debug)]
 pub(crate) struct CellMaps {
     image: [usize; 2],
-    seams: bool,
     near_mm: f32,
     /// ln(far / near).
     span: f32,
-    /// (u, v, d) of the main block and after refinement, d in normalised log depth, for each cell.
-    pub(super) main: [Vec<f32>; 3],
-    pub(super) refined: [Vec<f32>; 3],
+    /// What the main block says and what is said after refinement, d in normalised log depth: of each coordinate for each cell.
+    /// The fourth is empty where there are three.
+    pub(super) main: [Vec<f32>; 4],
+    pub(super) refined: [Vec<f32>; 4],
     /// Pixels from cells: rows and columns.
     pixels_from_cells: [Vec<LinearSample>; 2],
     /// One for each thread.
@@ -33,50 +31,49 @@ pub(crate) struct CellMaps {
 struct PixelRow {
     /// Of the cells' columns.
     cells: Vec<f32>,
-    /// u, v and depth (mm) of the pixels.
-    pixels: [Vec<f32>; 3],
+    /// The coordinates of the pixels, depth in mm.
+    pixels: [Vec<f32>; 4],
 }
 
 impl CellMaps {
     /// `threads` will read.
     pub(crate) fn new(image: [usize; 2], config: &NetworkConfig, threads: usize) -> Self {
         let [rows, columns] = cells(image);
-        let three = |length: usize| [(); 3].map(|()| vec![0.0; length]);
+        let fourth = usize::from(config.has_rest_positions());
+        let zeros = |length: usize| [length, length, length, fourth * length].map(|length| vec![0.0; length]);
         let range = config.depth_range;
         let line = |_| PixelRow {
             cells: vec![0.0; columns],
-            pixels: three(columns * PIXELS_PER_CELL),
+            pixels: zeros(columns * PIXELS_PER_CELL),
         };
         Self {
             image,
-            seams: config.as_compact().is_some_and(|layers| layers.seams),
             near_mm: range.near_mm as f32,
             span: (range.far_mm / range.near_mm).ln() as f32,
-            main: three(rows * columns),
-            refined: three(rows * columns),
+            main: zeros(rows * columns),
+            refined: zeros(rows * columns),
             pixels_from_cells: [rows, columns].map(|length| upsampled(length, PIXELS_PER_CELL)),
             lines: (0..threads).map(line).collect(),
         }
     }
 
-    /// Takes on what a GPU found: of each cell u, v and d, and a fourth number.
+    /// Takes on what a GPU found: of each cell a quad of coordinates.
     #[cfg(feature = "webgpu")]
     pub(crate) fn set(&mut self, main: &[f32], refined: &[f32]) {
         for (maps, quads) in [(&mut self.main, main), (&mut self.refined, refined)] {
             for (cell, quad) in quads.chunks_exact(4).enumerate() {
-                maps.iter_mut().zip(quad).for_each(|(map, &value)| map[cell] = value);
+                let said = maps.iter_mut().filter(|map| !map.is_empty()).zip(quad);
+                said.for_each(|(map, &value)| map[cell] = value);
             }
         }
     }
 
-    /// (u, v, d) of all cells of 8 pixels, d in normalised log depth: row after row.
-    pub(crate) fn cells(&self, stage: Stage) -> [&[f32]; 3] {
-        let ([u, v, d], [fine_u, fine_v, fine_d]) = (&self.main, &self.refined);
-        match stage {
-            Stage::Main => [u, v, d],
-            Stage::DepthRefinement => [u, v, fine_d],
-            Stage::RegistrationRefinement => [fine_u, fine_v, fine_d],
-        }
+    /// The coordinates of all cells of 8 pixels, row after row, see [`crate::Executor::cells`].
+    pub(crate) fn cells(&self, stage: Stage) -> [&[f32]; 4] {
+        std::array::from_fn(|k| match (stage, k) {
+            (Stage::RegistrationRefinement, _) | (Stage::DepthRefinement, 2) => &self.refined[k][..],
+            (Stage::DepthRefinement | Stage::Main, _) => &self.main[k],
+        })
     }
 
     /// The patch of a pixel, and which of its logits is the pixel's.
@@ -85,15 +82,13 @@ impl CellMaps {
         (y / PATCH * columns + x / PATCH, y % PATCH * PATCH + x % PATCH)
     }
 
-    /// Writes the maps of the last image: depth (mm) and registration at the pixels of `seen` (row-major) if given, else where the
-    /// mask's probability is at least one half: `mask` gives the logit at an index of [`CellMaps::index_in_mask`].
-    ///
-    /// # Errors
-    /// [`GeometryError::MapSize`] when `maps` or `seen` have another size than the image.
+    /// Writes the maps of the last image, see [`crate::Executor::read`]: `mask` gives the logit at an index of
+    /// [`CellMaps::index_in_mask`].
     pub(crate) fn read(
         &mut self,
         stage: Stage,
         seen: Option<&[bool]>,
+        surface: Option<&RestSurface>,
         mask: impl Fn(usize, usize) -> f32 + Sync,
         maps: &mut Maps,
     ) -> Result<(), GeometryError> {
@@ -101,6 +96,9 @@ impl CellMaps {
         check_size(maps.size(), (width, height))?;
         if let Some(seen) = seen {
             check_size((seen.len(), 1), (width * height, 1))?;
+        }
+        if !self.main[3].is_empty() && surface.is_none() {
+            return Err(GeometryError::NoRestSurface);
         }
         let mut lines = std::mem::take(&mut self.lines);
         let in_mask = |x, y| {
@@ -122,10 +120,8 @@ impl CellMaps {
                         line,
                     });
                     for (x, (depth, uv)) in depth.iter_mut().zip(registration).enumerate() {
-                        (*depth, *uv) = match is_seen(x, y) {
-                            true => (line.pixels[2][x], cell_maps.position(cells, line, x, y)),
-                            false => (OUTSIDE, [OUTSIDE; 2]),
-                        };
+                        let said = is_seen(x, y).then(|| line.registration(x, surface)).flatten();
+                        (*depth, *uv) = said.map_or((OUTSIDE, [OUTSIDE; 2]), |uv| (line.pixels[2][x], uv));
                     }
                 }
             });
@@ -133,23 +129,26 @@ impl CellMaps {
         self.lines = lines;
         Ok(())
     }
+}
 
-    /// (u, v) at a pixel: of its own cell where cells around it are of different charts.
-    fn position(&self, cells: [&[f32]; 3], line: &PixelRow, x: usize, y: usize) -> [f32; 2] {
-        let [row, column] = [self.pixels_from_cells[0][y], self.pixels_from_cells[1][x]];
-        let columns = line.cells.len();
-        if self.seams && cells[..2].iter().any(|map| jumps(map, columns, row, column)) {
-            let cell = y / PIXELS_PER_CELL * columns + x / PIXELS_PER_CELL;
-            return [cells[0][cell], cells[1][cell]];
+impl PixelRow {
+    /// (u, v) at a pixel: of the point of the surface that is nearest to the rest position, if that is what is said.
+    fn registration(&self, x: usize, surface: Option<&RestSurface>) -> Option<[f32; 2]> {
+        let [a, b, _, c] = &self.pixels;
+        match (c.get(x), surface) {
+            (Some(&z), Some(surface)) => {
+                let position = DVec3::new(a[x].into(), b[x].into(), z.into());
+                Some(surface.registration(position)?.as_vec2().to_array())
+            }
+            _ => Some([a[x], b[x]]),
         }
-        [line.pixels[0][x], line.pixels[1][x]]
     }
 }
 
 /// Takes cells to the pixels of the row `y`: `line`.
 struct InterpolatedRow<'a> {
     maps: &'a CellMaps,
-    cells: [&'a [f32]; 3],
+    cells: [&'a [f32]; 4],
     y: usize,
     line: &'a mut PixelRow,
 }
@@ -168,7 +167,11 @@ impl WithSimd for InterpolatedRow<'_> {
         for (k, fraction) in fractions.iter_mut().enumerate() {
             *fraction = (k as f32 + 0.5) / PIXELS_PER_CELL as f32;
         }
-        for (cells, pixels) in cells.iter().zip(&mut line.pixels) {
+        let said = cells
+            .iter()
+            .zip(&mut line.pixels)
+            .filter(|(cells, _)| !cells.is_empty());
+        for (cells, pixels) in said {
             let [above, below] = row.cells.map(|r| &cells[r * columns..][..columns]);
             for (value, (a, b)) in line.cells.iter_mut().zip(above.iter().zip(below)) {
                 *value = a + (b - a) * row.fraction;
@@ -212,18 +215,6 @@ fn exp(x: f32) -> f32 {
         polynomial = polynomial * rest + coefficient;
     }
     polynomial * f32::from_bits(shifted.to_bits() << 23)
-}
-
-/// Whether the four cells around a sample are of different charts.
-fn jumps(map: &[f32], columns: usize, row: LinearSample, column: LinearSample) -> bool {
-    let (mut least, mut most) = (f32::MAX, f32::MIN);
-    for r in row.cells {
-        for c in column.cells {
-            let value = map[r * columns + c];
-            (least, most) = (least.min(value), most.max(value));
-        }
-    }
-    most - least > SEAM_JUMP
 }
 
 #[cfg(test)]

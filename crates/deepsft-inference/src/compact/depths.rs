@@ -39,6 +39,8 @@ pub(super) struct DepthMeasure {
     rows: usize,
     columns: usize,
     size_mm: [f32; 2],
+    /// Whether the registration is one smooth chart of a sheet: planes are measured of no other.
+    is_chart: bool,
     focal: f32,
     near_mm: f32,
     /// ln(far / near).
@@ -65,6 +67,7 @@ impl DepthMeasure {
             rows,
             columns,
             size_mm: config.template_size_mm.map(|side| side as f32),
+            is_chart: !config.has_rest_positions(),
             focal: config.focal as f32,
             near_mm: near_mm as f32,
             span: (far_mm / near_mm).ln() as f32,
@@ -85,16 +88,20 @@ impl DepthMeasure {
         ((depth_mm / self.near_mm).ln() / self.span).clamp(least, most)
     }
 
-    /// Depths measured from (u, v, d) of all cells, of which `seen` (0..=1) says how much they count.
+    /// Depths measured from the coordinates of all cells, of which `seen` (0..=1) says how much they count.
     pub(super) fn measure(
         &mut self,
         arch: Arch,
-        [u, v, d]: [&[f32]; 3],
+        [u, v, d, w]: [&[f32]; 4],
         seen: &[f32],
         measured: &mut [[f32; MEASURED]],
     ) {
         for (cell, measured) in measured.iter_mut().enumerate() {
-            [measured[0], measured[1]] = self.isometric([u, v], cell);
+            let [smallest, largest] = self.isometric([u, v, w], cell);
+            *measured = [smallest, largest, d[cell], d[cell]];
+        }
+        if !self.is_chart {
+            return;
         }
         self.take_moments([u, v], seen);
         for k in 0..REACHES.len() {
@@ -111,15 +118,21 @@ impl DepthMeasure {
     }
 
     /// Depths from the smallest and the largest singular value of the registration's Jacobian.
-    fn isometric(&self, maps: [&[f32]; 2], cell: usize) -> [f32; 2] {
+    fn isometric(&self, maps: [&[f32]; 3], cell: usize) -> [f32; 2] {
         let (row, column) = (cell / self.columns, cell % self.columns);
         let across = [column.saturating_sub(1), (column + 1).min(self.columns - 1)].map(|c| row * self.columns + c);
         let down = [row.saturating_sub(1), (row + 1).min(self.rows - 1)].map(|r| r * self.columns + column);
         let slope = |k: usize, [from, to]: [usize; 2]| {
-            (maps[k][to] * self.size_mm[k] - maps[k][from] * self.size_mm[k]) / (2 * PIXELS_PER_CELL) as f32
+            // z is measured as x is.
+            let size_mm = self.size_mm[k % 2];
+            (maps[k][to] * size_mm - maps[k][from] * size_mm) / (2 * PIXELS_PER_CELL) as f32
         };
         let [ux, uy, vx, vy] = [slope(0, across), slope(0, down), slope(1, across), slope(1, down)];
-        let (a, b, c) = (ux * ux + vx * vx, uy * uy + vy * vy, ux * uy + vx * vy);
+        let (mut a, mut b, mut c) = (ux * ux + vx * vx, uy * uy + vy * vy, ux * uy + vx * vy);
+        if !self.is_chart {
+            let [wx, wy] = [slope(2, across), slope(2, down)];
+            (a, b, c) = (a + wx * wx, b + wy * wy, c + wx * wy);
+        }
         let half_sum = (a + b) / 2.0;
         let half_gap = (((a - b) / 2.0).powi(2) + c * c).sqrt();
         [half_sum - half_gap, half_sum + half_gap].map(|s| self.normalised(s.max(1e-6).sqrt() * self.focal))

@@ -3,14 +3,14 @@
 use super::cell_maps::CellMaps;
 use super::cells::{LinearSample, cells, expected_coordinate, interpolated, upsampled};
 use super::depths::{DepthMeasure, MEASURED, departures, weighed};
-use super::network::CompactPlan;
+use super::network::{CUES, CompactPlan};
 use super::patches::{PATCH, write_patches};
 use crate::config::NetworkConfig;
 use crate::cpu::CpuPlan;
 use crate::plan::PlanError;
 use crate::stage::Stage;
 use crate::weights::Weights;
-use deepsft_geometry::{GeometryError, Maps, Picture};
+use deepsft_geometry::{GeometryError, Maps, Picture, RestSurface};
 use pulp::Arch;
 
 /// What the compact network computes around its plan on the processor, for images of one size.
@@ -23,8 +23,8 @@ pub(crate) struct CompactFrame {
     seen: Vec<f32>,
     measured: Vec<[f32; MEASURED]>,
     pub(crate) cell_maps: CellMaps,
-    /// u, v and d of bins.
-    coarse: [Vec<f32>; 3],
+    /// The coordinates of bins.
+    coarse: [Vec<f32>; 4],
     /// Cells from bins: rows and columns.
     cells_from_bins: [Vec<LinearSample>; 2],
 }
@@ -46,7 +46,7 @@ impl CompactFrame {
             seen: vec![0.0; rows * columns],
             measured: vec![[0.0; MEASURED]; rows * columns],
             cell_maps: CellMaps::new(image, config, cpu.threads()),
-            coarse: [(); 3].map(|()| vec![0.0; rows * columns / 4]),
+            coarse: [(); 4].map(|()| vec![0.0; rows * columns / 4]),
             cells_from_bins: [rows / 2, columns / 2].map(|length| upsampled(length, 2)),
             arch: Arch::new(),
             network,
@@ -80,18 +80,24 @@ impl CompactFrame {
         cpu: &CpuPlan,
         stage: Stage,
         seen: Option<&[bool]>,
+        surface: Option<&RestSurface>,
         maps: &mut Maps,
     ) -> Result<(), GeometryError> {
         let (logits, pitch) = (cpu.values(self.network.mask), cpu.pitch(self.network.mask));
-        self.cell_maps
-            .read(stage, seen, |patch, within| logits[patch * pitch + within], maps)
+        self.cell_maps.read(
+            stage,
+            seen,
+            surface,
+            |patch, within| logits[patch * pitch + within],
+            maps,
+        )
     }
 
     /// Coordinates of cells from bins and offsets, and how much the mask shows of each.
     fn read_main(&mut self, cpu: &CpuPlan) {
         let network = &self.network;
         let mut first = 0;
-        for (coarse, bins) in self.coarse.iter_mut().zip(self.network.layers.bins) {
+        for (coarse, &bins) in self.coarse.iter_mut().zip(&self.network.layers.bins) {
             for (coordinate, logits) in coarse.iter_mut().zip(cpu.positions(network.bins)) {
                 *coordinate = expected_coordinate(&logits[first..first + bins]);
             }
@@ -101,9 +107,10 @@ impl CompactFrame {
         let cells = self.seen.iter_mut().zip(cpu.positions(network.offset)).enumerate();
         for (cell, (seen, offset)) in cells {
             let (row, column) = (cell / columns.len(), cell % columns.len());
-            for (k, (main, coarse)) in self.cell_maps.main.iter_mut().zip(&self.coarse).enumerate() {
+            let said = self.cell_maps.main.iter_mut().zip(&self.coarse).zip(offset);
+            for ((main, coarse), offset) in said.take(network.layers.bins.len()) {
                 let position = interpolated(coarse, columns.len() / 2, rows[row], columns[column]);
-                main[cell] = position + offset[k];
+                main[cell] = position + offset;
             }
             let (mask, pitch) = (cpu.values(network.mask), cpu.pitch(network.mask));
             let patches = [0, 1].map(|r| (2 * row + r) * 2 * columns.len() + 2 * column);
@@ -115,15 +122,8 @@ impl CompactFrame {
             let logit = sum / (4 * PATCH * PATCH) as f32;
             *seen = 1.0 / (1.0 + (-logit).exp());
         }
-        let [u, v, d] = &self.cell_maps.main;
-        if self.network.layers.seams {
-            // Nothing is measured: what was found stands in its place.
-            let measured = self.measured.iter_mut().zip(d);
-            measured.for_each(|(measured, &d)| measured.fill(d));
-        } else {
-            self.measure
-                .measure(self.arch, [u, v, d], &self.seen, &mut self.measured);
-        }
+        let main = self.cell_maps.main.each_ref().map(Vec::as_slice);
+        self.measure.measure(self.arch, main, &self.seen, &mut self.measured);
     }
 
     /// The cues of the depth refinement (0) or the registration refinement (1), which reads the refined depth.
@@ -135,6 +135,9 @@ impl CompactFrame {
         for (cell, cues) in values.chunks_exact_mut(pitch).take(depth.len()).enumerate() {
             (cues[0], cues[1], cues[2]) = (main[0][cell], main[1][cell], depth[cell]);
             cues[3..3 + MEASURED].copy_from_slice(&departures(&self.measured[cell], depth[cell]));
+            if let Some(&z) = main[3].get(cell) {
+                cues[CUES] = z;
+            }
         }
     }
 
@@ -148,7 +151,8 @@ impl CompactFrame {
 
     fn refine_registration(&mut self, cpu: &CpuPlan) {
         for (cell, said) in cpu.positions(self.network.corrections[1]).enumerate() {
-            for (k, said) in said.iter().enumerate() {
+            // The third coordinate is the depth.
+            for (k, said) in [0, 1, 3].into_iter().zip(said).take(self.network.layers.bins.len() - 1) {
                 self.cell_maps.refined[k][cell] = self.cell_maps.main[k][cell] + said;
             }
         }

@@ -48,7 +48,7 @@ impl Windows {
     }
 }
 
-/// A compact network on a GPU, for images of one size. A frame is one list of work; what comes back are u, v and d of cells, the
+/// A compact network on a GPU, for images of one size. A frame is one list of work; what comes back are the coordinates of cells, the
 /// refined ones, each in a quad, and the mask's logits: [quad, patch, 4].
 pub(crate) fn compact_pipeline(
     gpu: &Gpu,
@@ -60,7 +60,7 @@ pub(crate) fn compact_pipeline(
     let mut plan = std::mem::take(&mut network.plan);
     let last = plan.steps();
     let [rows, columns] = cells(image);
-    let windows = if network.layers.seams {
+    let windows = if network.layers.has_rest_positions() {
         None
     } else {
         Some(Windows::new(&mut plan, [rows, columns])?)
@@ -149,8 +149,10 @@ impl FrameKernels<'_> {
         let mut shader = Shader::default();
         shader.bind_as("bins", "read", "f32", self.plan.buffer(self.network.bins));
         shader.bind("out", "read_write", coarse);
-        let [u, v, d] = self.network.layers.bins;
-        shader.sizes([("bins_u", u), ("bins_v", v), ("bins_d", d)]);
+        let names = ["bins_u", "bins_v", "bins_d", "bins_z"].into_iter();
+        for (name, &bins) in names.zip(self.network.layers.bins.iter().chain([&0])) {
+            shader.size(name, bins);
+        }
         let [rows, columns] = self.cells;
         let functions = self.constants.clone() + shaders::POSITION_FUNCTIONS;
         shader.kernel(self.gpu, &functions, shaders::POSITIONS, rows * columns / 4, 1)
@@ -189,7 +191,8 @@ impl FrameKernels<'_> {
         shader.bind("measured", "read_write", self.measured);
         shader.bind("cues", "read_write", self.plan.buffer(self.network.cues[0]));
         let Some(windows) = windows else {
-            return self.of_cells(shader, &[shaders::CUE_FUNCTIONS], shaders::NOTHING_MEASURED);
+            let functions = [shaders::CUE_FUNCTIONS, shaders::MEASURE_FUNCTIONS];
+            return self.of_cells(shader, &functions, shaders::MEASURE_WITHOUT_PLANES);
         };
         shader.bind_as("narrow", "read", "f32", self.plan.buffer(windows.means[0]));
         shader.bind_as("wide", "read", "f32", self.plan.buffer(windows.means[1]));

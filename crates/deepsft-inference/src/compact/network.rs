@@ -6,7 +6,8 @@ use crate::config::{Architecture, CompactConfig, NetworkConfig};
 use crate::plan::{MapId, MapShape, Plan, PlanError, SkipInput, misfit};
 use crate::weights::{PlanBuilder, Weights};
 
-/// Cues that a refinement block reads beside the features: u, v, d, and how far four measured depths lie from it.
+/// Cues that a refinement block reads beside the features: u, v, d, and how far four measured depths lie from it; behind them z, if
+/// the network says rest positions.
 pub(super) const CUES: usize = 7;
 
 /// What relu is multiplied by in training (Brock et al. 2021, "Characterizing signal propagation in normalizer-free networks"). Here the
@@ -22,7 +23,7 @@ pub(crate) struct CompactPlan {
     pub(super) image: MapId,
     /// Logits of all bins, stride 16.
     pub(super) bins: MapId,
-    /// Corrections of u, v and d that bins give, stride 8.
+    /// Corrections of the coordinates that bins give, stride 8.
     pub(super) offset: MapId,
     /// Logits of the mask, 16 for each patch.
     pub(super) mask: MapId,
@@ -36,24 +37,24 @@ pub(crate) struct CompactPlan {
 
 impl CompactPlan {
     /// # Errors
-    /// [`PlanError`] when `weights` are not those of `config`, when that is of another architecture, for an image without
-    /// pixels, and for fewer than 2 bins.
+    /// [`PlanError`] when `weights` are not those of `config`, when that is of another architecture or out of its limits, and for an
+    /// image without pixels.
     pub(crate) fn new(image: [usize; 2], config: &NetworkConfig, weights: &Weights) -> Result<Self, PlanError> {
         let Architecture::Compact(shape) = &config.architecture else {
             return Err(PlanError::Architecture(config.architecture.name()));
         };
-        for (what, sides, least) in [("image", &image[..], 1), ("bins", &shape.bins, 2)] {
-            if sides.iter().any(|&side| side < least) {
-                return Err(misfit(what, sides, &vec![least; sides.len()]));
-            }
+        config.check()?;
+        if image.contains(&0) {
+            return Err(misfit("image", &image, &[1, 1]));
         }
         let mut builder = PlanBuilder::new(weights, RELU_GAIN);
         let [rows, columns] = cells(image);
         let trunk = Trunk::new(&mut builder, image, shape)?;
-        let names = ["main.bins.0", "main.bins.1", "main.bins.2"];
-        let bins = builder.stacked(&[trunk.at16.relu()], &names, &shape.bins, 1)?;
+        let coordinates = shape.bins.len();
+        let names = ["main.bins.0", "main.bins.1", "main.bins.2", "main.bins.3"];
+        let bins = builder.stacked(&[trunk.at16.relu()], &names[..coordinates], &shape.bins, 1)?;
         let bins = builder.plan.convolve(bins)?;
-        let offset = builder.layer(&[trunk.at8.relu()], "main.offset", [3, 1, 1], None)?;
+        let offset = builder.layer(&[trunk.at8.relu()], "main.offset", [coordinates, 1, 1], None)?;
 
         let width = shape.mask_channels;
         let coarse = builder.layer(&[trunk.at8.relu()], "mask_coarse", [width, 1, 1], None)?;
@@ -63,7 +64,7 @@ impl CompactPlan {
         let mask = builder.layer(&[mask.relu()], "mask_mix", [width, 3, 1], skip)?;
         let mask = builder.layer(&[mask.relu()], "mask", [PATCH * PATCH, 1, 1], None)?;
 
-        let cells = MapShape::new(CUES, rows, columns);
+        let cells = MapShape::new(CUES + coordinates - 3, rows, columns);
         let mut refine = |name: &str, outputs: usize| {
             let (mark, cues) = (builder.plan.steps(), builder.plan.input(cells));
             let shape = [shape.refinement_channels, 3, 1];
@@ -75,7 +76,7 @@ impl CompactPlan {
             Ok((mark, cues, correction))
         };
         let depth = refine("depth_refinement", 4)?;
-        let registration = refine("registration_refinement", 2)?;
+        let registration = refine("registration_refinement", coordinates - 1)?;
         Ok(Self {
             plan: builder.finish()?,
             layers: shape.clone(),

@@ -1,5 +1,5 @@
 //! The compact network's arithmetic between its convolutions, as shaders: the same as the processor's in `cells.rs`, `depths.rs`
-//! and the executor. A cell's quads hold u, v and d side by side.
+//! and the executor. A cell's quads hold u, v and d side by side, or x, y, d and z.
 
 use super::cells::{NEIGHBOURS, PIXELS_PER_CELL};
 use super::depths::{
@@ -24,6 +24,8 @@ pub(super) fn constants(config: &NetworkConfig) -> String {
         ("cy", cy),
         ("size_u_mm", width),
         ("size_v_mm", height),
+        // z is measured as x is; a sheet has none.
+        ("size_z_mm", f64::from(u8::from(config.has_rest_positions())) * width),
         ("near_mm", range.near_mm),
         ("span", (range.far_mm / range.near_mm).ln()),
         ("unit_mm", UNIT_MM),
@@ -75,11 +77,13 @@ fn expected(at: u32, first: u32, count: u32) -> f32 {
     return sum / weights / f32(count - 1u);
 }";
 
-/// u, v and d of bins.
+/// The coordinates of bins.
 pub(super) const POSITIONS: &str = "
 let first_v = size.bins_u; let first_d = size.bins_u + size.bins_v;
-out[index] = vec4f(
-    expected(index, 0u, size.bins_u), expected(index, first_v, size.bins_v), expected(index, first_d, size.bins_d), 0.0);";
+var position = vec4f(
+    expected(index, 0u, size.bins_u), expected(index, first_v, size.bins_v), expected(index, first_d, size.bins_d), 0.0);
+if size.bins_z > 0u { position.w = expected(index, first_d + size.bins_d, size.bins_z); }
+out[index] = position;";
 
 pub(super) const CELL_FUNCTIONS: &str = "
 // A sample of a signal of `length` cells up-sampled two times: between which cells it lies.
@@ -89,9 +93,9 @@ fn between(index: u32, length: u32) -> Between {
     let low = u32(at);
     return Between(low, low + select(0u, 1u, at > f32(low)), at - f32(low));
 }
-fn along(row: u32, column: Between) -> vec3f {
-    let a = coarse[row * size.columns / 2u + column.low].xyz;
-    let b = coarse[row * size.columns / 2u + column.high].xyz;
+fn along(row: u32, column: Between) -> vec4f {
+    let a = coarse[row * size.columns / 2u + column.low];
+    let b = coarse[row * size.columns / 2u + column.high];
     return a + (b - a) * column.fraction;
 }";
 
@@ -100,12 +104,12 @@ fn put(moment: u32, row: u32, column: u32, value: f32) {
     moments[((row / 4u * moment_count + moment) * size.columns + column) * 4u + row % 4u] = value;
 }";
 
-/// u, v and d of cells from bins and offsets, and how much the mask shows of each.
+/// The coordinates of cells from bins and offsets, and how much the mask shows of each.
 pub(super) const CELLS: &str = "
 let row = index / size.columns; let column = index % size.columns;
 let r = between(row, size.rows / 2u); let c = between(column, size.columns / 2u);
 let a = along(r.low, c); let b = along(r.high, c);
-let position = a + (b - a) * r.fraction + offset[index].xyz;
+let position = a + (b - a) * r.fraction + offset[index];
 var sum = 0.0;
 for (var q = 0u; q < 4u; q++) {
     for (var k = 0u; k < 4u; k++) {
@@ -114,7 +118,7 @@ for (var q = 0u; q < 4u; q++) {
     }
 }
 let seen = 1.0 / (1.0 + exp(-sum / 64.0));
-out[index] = vec4f(position, seen);";
+out[index] = position;";
 
 /// Moments of cells: how much a cell counts, and 23 products times that.
 pub(super) const MOMENTS_OF_CELLS: &str = "
@@ -148,9 +152,9 @@ fn normalised(depth_mm: f32) -> f32 { return clamp(log(depth_mm / near_mm) / spa
 fn isometric(row: u32, column: u32) -> vec2f {
     let left = max(column, 1u) - 1u; let right = min(column + 1u, size.columns - 1u);
     let above = max(row, 1u) - 1u; let below = min(row + 1u, size.rows - 1u);
-    let mm = vec2f(size_u_mm, size_v_mm);
-    let x = (found[row * size.columns + right].xy * mm - found[row * size.columns + left].xy * mm) / (2.0 * cell);
-    let y = (found[below * size.columns + column].xy * mm - found[above * size.columns + column].xy * mm) / (2.0 * cell);
+    let mm = vec3f(size_u_mm, size_v_mm, size_z_mm);
+    let x = (found[row * size.columns + right].xyw * mm - found[row * size.columns + left].xyw * mm) / (2.0 * cell);
+    let y = (found[below * size.columns + column].xyw * mm - found[above * size.columns + column].xyw * mm) / (2.0 * cell);
     let a = dot(x, x); let b = dot(y, y); let c = dot(x, y);
     let half_sum = (a + b) / 2.0; let half = (a - b) / 2.0;
     let half_gap = sqrt(half * half + c * c);
@@ -228,19 +232,21 @@ for (var k = 0u; k < moment_count; k++) { m[k] = wide[first + k * size.rows * 4u
 let far = trusted(ray, d);
 let depths = vec4f(isometric(row, column), near, far);
 measured[index] = depths;
-write_cues(index, found[index].xyz, depths);";
+write_cues(index, found[index], depths);";
 
-/// The same where the registration jumps: nothing is measured, and what was found stands in its place.
-pub(super) const NOTHING_MEASURED: &str = "
-measured[index] = vec4f(found[index].z);
-write_cues(index, found[index].xyz, vec4f(found[index].z));";
+/// The same of rest positions: no plane is measured, and what was found stands in its place.
+pub(super) const MEASURE_WITHOUT_PLANES: &str = "
+let d = found[index].z;
+let depths = vec4f(isometric(index / size.columns, index % size.columns), d, d);
+measured[index] = depths;
+write_cues(index, found[index], depths);";
 
 pub(super) const CUE_FUNCTIONS: &str = "
-// How far measured depths lie from the depth found, scaled and bounded, beside u, v and d.
-fn write_cues(index: u32, position: vec3f, depths: vec4f) {
+// How far measured depths lie from the depth found, scaled and bounded, beside the coordinates.
+fn write_cues(index: u32, position: vec4f, depths: vec4f) {
     let departures = clamp((depths - position.z) * departure_gain, vec4f(-largest_departure), vec4f(largest_departure));
-    cues[index] = vec4f(position, departures.x);
-    cues[size.count + index] = vec4f(departures.yzw, 0.0);
+    cues[index] = vec4f(position.xyz, departures.x);
+    cues[size.count + index] = vec4f(departures.yzw, position.w);
 }";
 
 /// The refined depth, and the cues of the registration refinement.
@@ -249,9 +255,10 @@ let said = correction[index];
 let depths = measured[index];
 let weights = exp(said.yzw - max(said.y, max(said.z, said.w)));
 let d = dot(weights, vec3f(found[index].z, depths.zw)) / (weights.x + weights.y + weights.z) + said.x;
-out[index] = vec4f(found[index].xy, d, 0.0);
-write_cues(index, vec3f(found[index].xy, d), depths);";
+let position = vec4f(found[index].xy, d, found[index].w);
+out[index] = position;
+write_cues(index, position, depths);";
 
 /// The refined registration.
 pub(super) const REFINE_REGISTRATION: &str = "
-out[index] += vec4f(correction[index].xy, 0.0, 0.0);";
+out[index] += vec4f(correction[index].xy, 0.0, correction[index].z);";

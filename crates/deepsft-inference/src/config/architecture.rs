@@ -4,7 +4,6 @@ use crate::stage::Stage;
 use deepsft_geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH};
 use serde::{Deserialize, Serialize};
 use std::fmt::Display;
-use std::ops::Not;
 
 /// The architecture of a network, with its layers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -53,17 +52,12 @@ pub struct CompactConfig {
     pub channels: [usize; 4],
     /// Residual blocks at stride 32.
     pub blocks_at_32: usize,
-    /// Bins for u, v and depth.
-    pub bins: [usize; 3],
+    /// Bins for u, v and depth; of a network that says rest positions for x, y, depth and z.
+    pub bins: Vec<usize>,
     /// Width of the two refinement blocks.
     pub refinement_channels: usize,
     /// Width of the mask head at stride 4.
     pub mask_channels: usize,
-    /// Whether the registration jumps at seams of the texture, as on any template that is no sheet. Then the depths
-    /// that are measured from the registration, which take it for one smooth chart, are left out, and cells of
-    /// different charts are not mixed. Default false; descriptions without it are of sheets.
-    #[serde(default, skip_serializing_if = "Not::not")]
-    pub seams: bool,
 }
 
 impl Default for CompactConfig {
@@ -71,19 +65,25 @@ impl Default for CompactConfig {
         Self {
             channels: [32, 48, 96, 160],
             blocks_at_32: 2,
-            bins: [32, 24, 24],
+            bins: vec![32, 24, 24],
             refinement_channels: 32,
             mask_channels: 24,
-            seams: false,
         }
     }
 }
 
 impl CompactConfig {
+    /// Returns whether the network says [rest positions](deepsft_geometry::RestSurface) (x, y, z) in place of (u, v), as of
+    /// every template that is no sheet: they do not jump at seams of the texture.
+    pub fn has_rest_positions(&self) -> bool {
+        self.bins.len() == 4
+    }
+
     fn check(&self) -> Result<(), String> {
         // All at their most: 115 million weights, about as many as the paper's network has.
         self.channels.iter().try_for_each(|&c| within("channels", c, 1, 512))?;
         within("blocks_at_32", self.blocks_at_32, 0, 16)?;
+        within("the number of bins", self.bins.len(), 3, 4)?;
         self.bins.iter().try_for_each(|&b| within("bins", b, 2, 512))?;
         within("refinement_channels", self.refinement_channels, 1, 512)?;
         within("mask_channels", self.mask_channels, 1, 512)

@@ -3,7 +3,7 @@
 use super::architecture::{Architecture, CompactConfig, PaperConfig, R50FConfig};
 use super::depth_range::DepthRange;
 use crate::plan::PlanError;
-use deepsft_geometry::{Camera, Template};
+use deepsft_geometry::{Camera, RestSurface, Template};
 use serde::{Deserialize, Serialize};
 
 /// Relative difference by which a length may change when it is written as text and read again.
@@ -17,7 +17,8 @@ pub struct NetworkConfig {
     /// Layers.
     #[serde(flatten)]
     pub architecture: Architecture,
-    /// Size of the template, mm (the compact network's isometric depth cue needs it).
+    /// Size of the template, mm (the compact network's isometric depth cue needs it). Of a network that says rest positions the
+    /// sides of the cube in which they are.
     pub template_size_mm: [f64; 2],
     /// Focal length of the training camera, pixels.
     pub focal: f64,
@@ -56,12 +57,24 @@ impl NetworkConfig {
         Self::new(Architecture::R50F(R50FConfig::default()), template_size_mm, camera)
     }
 
-    /// Returns the same for a template whose texture has seams ([`CompactConfig::seams`]); the other architectures need not know.
-    pub fn with_seams(mut self) -> Self {
+    /// Returns the same with rest positions ([`CompactConfig::has_rest_positions`]) in a cube of `side_mm`, if the network is a compact
+    /// one: as many bins for each coordinate as for the depth.
+    pub fn with_rest_positions(mut self, side_mm: f64) -> Self {
         if let Architecture::Compact(shape) = &mut self.architecture {
-            shape.seams = true;
+            shape.bins = vec![shape.bins[2]; 4];
+            self.template_size_mm = [side_mm; 2];
         }
         self
+    }
+
+    /// Returns whether the network says rest positions, see [`CompactConfig::has_rest_positions`].
+    pub fn has_rest_positions(&self) -> bool {
+        self.as_compact().is_some_and(CompactConfig::has_rest_positions)
+    }
+
+    /// Returns the surface of `template` on which rest positions are looked up, if the network says them.
+    pub fn rest_surface(&self, template: &Template) -> Option<RestSurface> {
+        self.has_rest_positions().then(|| RestSurface::new(template))
     }
 
     /// Returns the layers of a compact network, if it is one.
@@ -102,7 +115,11 @@ impl NetworkConfig {
     pub fn check_fits(&self, template: &Template, camera: &Camera) -> Result<(), PlanError> {
         let same = |a: f64, b: f64| (a - b).abs() <= ROUNDING * a.abs().max(b.abs());
         let both = |a: [f64; 2], b: [f64; 2]| same(a[0], b[0]) && same(a[1], b[1]);
-        let (size @ [width, height], own @ [w, h]) = (template.size_mm().to_array(), self.template_size_mm);
+        let size @ [width, height] = match self.has_rest_positions() {
+            true => [template.extent_mm().max_element(); 2],
+            false => template.size_mm().to_array(),
+        };
+        let own @ [w, h] = self.template_size_mm;
         let (focal @ [fx, fy], f) = (camera.focal().to_array(), self.focal);
         let (centre @ [cx, cy], point @ [x, y]) = (camera.principal_point().to_array(), self.principal_point);
         let reason = if !both(own, size) {

@@ -46,12 +46,11 @@ pub fn write(bundle: &ModelBundle, image: &Picture, folder: &Path) -> Result<()>
     let canonical = estimator.canonical_image(image, &workload::camera(bundle)?)?;
     let images = images_to_tensor(&[&canonical], &device);
     let output = compact_network(bundle, &device)?.forward(images.clone());
-    let [u, v, d] = output.bins;
     let pixels = CompactNetwork::at_pixels(output.refined.clone());
     let outputs = [
-        ("bins.0", u),
-        ("bins.1", v),
-        ("bins.2", d),
+        ("bins.0", output.bins[0].clone()),
+        ("bins.1", output.bins[1].clone()),
+        ("bins.2", output.bins[2].clone()),
         ("main", output.main),
         ("refined", output.refined),
         ("pixels", pixels),

@@ -179,7 +179,7 @@ pub fn take(bundle: &ModelBundle, image: &Picture) -> Result<()> {
                 let mut ms = 0.0;
                 timed(&mut ms, || {
                     executor.run(&canonical)?;
-                    executor.read(Stage::RegistrationRefinement, Some(&all), &mut maps)
+                    executor.read(Stage::RegistrationRefinement, Some(&all), None, &mut maps)
                 })?;
                 ms.to_string()
             }

@@ -7,9 +7,8 @@
 use super::cells::{INPUT_MULTIPLE, PATCH, PIXELS_PER_CELL};
 use super::main_block::MainBlock;
 use super::planar::{PLANAR_CUES, planar_depth};
-use super::refinement::{ISOMETRIC_CUES, RefinementBlock, departures, isometric_depth, weighed};
+use super::refinement::{RefinementBlock, departures, isometric_depth, weighed};
 use super::residual_block::BRANCH_GAIN;
-use super::seams::upsample_across_seams;
 use crate::block::Block;
 use crate::convolution_layer::{Convolution, scaled_relu};
 use crate::description::LayerTable;
@@ -24,14 +23,15 @@ use deepsft_inference::{CompactConfig, DepthRange, NetworkConfig};
 /// network says anything at all.
 const LARGEST_LOG_DEPTH: f64 = 2.0;
 
-/// Everything the compact network says of N images of H x W pixels.
+/// Everything the compact network says of N images of H x W pixels. Coordinates are (u, v, d), or (x, y, d, z) of rest positions: C
+/// of them.
 #[derive(Debug)]
 pub struct NetworkOutput {
-    /// Bin logits of u, v and d, [N, K, H/16, W/16] each.
-    pub bins: [Tensor<4>; 3],
-    /// (u, v, d) of the main block, [N, 3, H/8, W/8].
+    /// Bin logits of each coordinate, [N, K, H/16, W/16].
+    pub bins: Vec<Tensor<4>>,
+    /// The coordinates of the main block, [N, C, H/8, W/8].
     pub main: Tensor<4>,
-    /// (u, v, d) after both refinements, [N, 3, H/8, W/8], at the cells' centres.
+    /// The coordinates after both refinements, [N, C, H/8, W/8], at the cells' centres.
     pub refined: Tensor<4>,
     /// Logit of "the object is seen here", [N, 1, H, W].
     pub mask: Tensor<4>,
@@ -58,7 +58,7 @@ impl CompactNetwork {
         Self {
             main: MainBlock::new(shape, init),
             depth_refinement: RefinementBlock::new(shape, 2 + PLANAR_CUES, init),
-            registration_refinement: RefinementBlock::new(shape, 2, init),
+            registration_refinement: RefinementBlock::new(shape, shape.bins.len() - 1, init),
             mask_coarse: Convolution::standardised([shape.channels[1], mask], 1, 1, 1.0, init),
             mask_fine: Convolution::standardised([shape.channels[0], mask], 1, 1, 1.0, init),
             mask_mix: Convolution::standardised([mask, mask], 3, 1, BRANCH_GAIN, init),
@@ -88,27 +88,24 @@ impl CompactNetwork {
         let mask = mask.clone() + self.mask_mix.forward_rectified(mask);
         let mask = self.mask.forward(scaled_relu(mask)); // [N, 16, H / 4, W / 4]
 
-        let registration = main.coordinates.clone().slice([0..n, 0..2]);
+        let registration = registration_of(&main.coordinates);
         let depth = main.coordinates.clone().slice([0..n, 2..3]);
-        let (measured, planar) = if self.has_seams() {
-            // Nothing is measured: what was found stands in its place.
-            let found = depth.clone().detach().repeat_dim(1, ISOMETRIC_CUES + PLANAR_CUES);
-            (found, depth.clone().repeat_dim(1, PLANAR_CUES))
-        } else {
-            let isometric = isometric_depth(&main.coordinates, &self.config);
-            let planar = planar_depth(&main.coordinates, &seen_probability(&mask), corners, &self.config);
-            (Tensor::cat(vec![isometric, planar.clone()], 1), planar)
+        let planar = match self.config.has_rest_positions() {
+            // Planes are measured of one smooth chart. What was found stands in their place.
+            true => depth.clone().repeat_dim(1, PLANAR_CUES),
+            false => planar_depth(&main.coordinates, &seen_probability(&mask), corners, &self.config),
         };
+        let isometric = isometric_depth(&main.coordinates, &self.config);
+        let measured = Tensor::cat(vec![isometric, planar.clone().detach()], 1);
 
-        let cues = Tensor::cat(vec![main.coordinates.clone(), departures(&measured, &depth)], 1);
+        let cues = around(&registration, &[depth.clone(), departures(&measured, &depth)]);
         let refinement = self.depth_refinement.forward(features.clone(), cues);
         let correction = refinement.clone().slice([0..n, 0..1]);
         let depth = weighed(depth, planar, refinement.slice([0..n, 1..2 + PLANAR_CUES])) + correction;
 
-        let departures = departures(&measured, &depth);
-        let cues = Tensor::cat(vec![registration.clone(), depth.clone(), departures], 1);
+        let cues = around(&registration, &[depth.clone(), departures(&measured, &depth)]);
         let registration = registration + self.registration_refinement.forward(features, cues);
-        let refined = Tensor::cat(vec![registration, depth], 1);
+        let refined = around(&registration, &[depth]);
         NetworkOutput {
             bins: main.bins,
             main: main.coordinates,
@@ -123,13 +120,15 @@ impl CompactNetwork {
         let output = self.forward(pad(images, INPUT_MULTIPLE));
         let cut = |x: Tensor<4>, channels: std::ops::Range<usize>| x.slice([0..n, channels, 0..height, 0..width]);
         let depth = |x: &Tensor<4>| normalised_depth(cut(x.clone(), 2..3), self.config.depth_range);
-        let main = self.upsample(output.main);
-        let refined = self.upsample(output.refined);
+        let main = Self::at_pixels(output.main);
+        let refined = Self::at_pixels(output.refined);
+        let registration =
+            |x: &Tensor<4>| registration_of(&x.clone().slice([0..n, 0..x.dims()[1], 0..height, 0..width]));
         NetworkMaps {
             main_depth: depth(&main),
-            main_registration: cut(main, 0..2),
+            main_registration: registration(&main),
             depth: depth(&refined),
-            registration: cut(refined, 0..2),
+            registration: registration(&refined),
             mask_logits: cut(output.mask, 0..1),
         }
     }
@@ -141,21 +140,7 @@ impl CompactNetwork {
         features.square().mean().into_scalar::<f32>().sqrt()
     }
 
-    fn has_seams(&self) -> bool {
-        self.config.as_compact().is_some_and(|shape| shape.seams)
-    }
-
-    /// Up-samples coordinates of cells [N, 3, h, w] to every pixel, [N, 3, 8 h, 8 w]. It does so as
-    /// [`CompactNetwork::at_pixels`] does, but not across seams if the template has them.
-    pub fn upsample(&self, coordinates: Tensor<4>) -> Tensor<4> {
-        if self.has_seams() {
-            upsample_across_seams(coordinates, PIXELS_PER_CELL)
-        } else {
-            Self::at_pixels(coordinates)
-        }
-    }
-
-    /// Coordinates of cells [N, 3, h, w] of one chart at every pixel, [N, 3, 8 h, 8 w].
+    /// Up-samples coordinates of cells [N, C, h, w] to every pixel, [N, C, 8 h, 8 w].
     pub fn at_pixels(coordinates: Tensor<4>) -> Tensor<4> {
         upsample_bilinear(coordinates, PIXELS_PER_CELL)
     }
@@ -186,6 +171,28 @@ impl CompactNetwork {
             layers.describe(table);
         }
     }
+}
+
+/// The registration of coordinates: (u, v) of [N, 3, h, w], or (x, y, z) of [N, 4, h, w].
+fn registration_of(coordinates: &Tensor<4>) -> Tensor<4> {
+    let [n, count, ..] = coordinates.dims();
+    let first = coordinates.clone().slice([0..n, 0..2]);
+    match count {
+        3 => first,
+        _ => Tensor::cat(vec![first, coordinates.clone().slice([0..n, 3..count])], 1),
+    }
+}
+
+/// The first two coordinates of a registration, then `between`, then the third if there is one: the order of coordinates, and of the
+/// cues of a refinement block.
+fn around(registration: &Tensor<4>, between: &[Tensor<4>]) -> Tensor<4> {
+    let [n, count, ..] = registration.dims();
+    let mut parts = vec![registration.clone().slice([0..n, 0..2])];
+    parts.extend_from_slice(between);
+    if count > 2 {
+        parts.push(registration.clone().slice([0..n, 2..count]));
+    }
+    Tensor::cat(parts, 1)
 }
 
 /// Zeros at the right and below up to multiples of `multiple`: [N, C, H, W] -> [N, C, H', W'].

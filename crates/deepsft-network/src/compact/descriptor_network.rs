@@ -29,7 +29,7 @@ impl DescriptorNetwork {
     pub fn new(device: &Device) -> Self {
         let config = CompactConfig {
             // Nothing is read off them.
-            bins: [2; 3],
+            bins: vec![2; 3],
             ..CompactConfig::default()
         };
         let init = WeightInit::drawn(device, 0.0);

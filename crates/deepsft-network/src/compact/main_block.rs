@@ -12,16 +12,16 @@ use burn::tensor::Tensor;
 use deepsft_inference::CompactConfig;
 
 /// What the main block hands on. Coordinates are (u, v, d) with d the normalised log depth of
-/// [`deepsft_inference::DepthRange`]. Cells are 8 pixels wide, coarse cells 16. Features are in the precision of the image, bins and
+/// [`deepsft_inference::DepthRange`], or (x, y, d, z) of rest positions: C of them. Cells are 8 pixels wide, coarse cells 16. Features are in the precision of the image, bins and
 /// coordinates in single precision.
 pub struct MainBlockOutput {
     /// Patch features at a quarter of the image, [N, C4, H/4, W/4].
     pub patches: Tensor<4>,
     /// Features, [N, C8, H/8, W/8].
     pub features: Tensor<4>,
-    /// Bin logits of u, v and d, [N, K, H/16, W/16] each.
-    pub bins: [Tensor<4>; 3],
-    /// (u, v, d), [N, 3, H/8, W/8].
+    /// Bin logits of each coordinate, [N, K, H/16, W/16].
+    pub bins: Vec<Tensor<4>>,
+    /// The coordinates, [N, C, H/8, W/8].
     pub coordinates: Tensor<4>,
 }
 
@@ -44,7 +44,7 @@ pub struct MainBlock {
     encode32: Vec<ResidualBlock>,
     lateral16: Convolution,
     decode16: ResidualBlock,
-    bins: [Convolution; 3],
+    bins: Vec<Convolution>,
     lateral8: Convolution,
     decode8: ResidualBlock,
     offset: Convolution,
@@ -67,10 +67,14 @@ impl MainBlock {
                 .collect(),
             lateral16: conv([c32, c16], 1, 1),
             decode16: ResidualBlock::new(c16, init),
-            bins: config.bins.map(|bins| Convolution::head([c16, bins], 1, init)),
+            bins: config
+                .bins
+                .iter()
+                .map(|&bins| Convolution::head([c16, bins], 1, init))
+                .collect(),
             lateral8: conv([c16, c8], 1, 1),
             decode8: ResidualBlock::new(c8, init),
-            offset: Convolution::head([c8, 3], 1, init),
+            offset: Convolution::head([c8, config.bins.len()], 1, init),
         }
     }
 
@@ -95,7 +99,7 @@ impl MainBlock {
     pub fn forward(&self, image: Tensor<4>) -> MainBlockOutput {
         let Features { patches, at16, at8 } = self.features(image);
         let read = scaled_relu(at16);
-        let bins = self.bins.each_ref().map(|head| head.forward(read.clone()));
+        let bins: Vec<Tensor<4>> = self.bins.iter().map(|head| head.forward(read.clone())).collect();
         let coarse = Tensor::cat(
             bins.iter().map(|logits| expected_coordinate(logits.clone())).collect(),
             1,
@@ -131,7 +135,7 @@ impl MainBlock {
         add("lateral 1x1", 32, c16, &|n| self.lateral16.cost(n, 1));
         add("dec16 residual block", 16, c16, &|n| self.decode16.cost(n));
         let bins = self.bins.iter().map(Convolution::channels).sum();
-        add("bins of u, v, depth 1x1", 16, bins, &|n| {
+        add("bins of coordinates 1x1", 16, bins, &|n| {
             self.bins.iter().map(|head| head.cost(n, 1)).sum()
         });
         add("lateral 1x1", 16, c8, &|n| self.lateral8.cost(n, 1));

@@ -8,10 +8,8 @@ mod main_block;
 mod planar;
 mod refinement;
 mod residual_block;
-mod seams;
 
 pub use bins::cross_entropy;
 pub use cells::{INPUT_MULTIPLE, PIXELS_PER_CELL};
 pub use compact_network::{CompactNetwork, NetworkOutput};
 pub use descriptor_network::DescriptorNetwork;
-pub use seams::SEAM_JUMP;

@@ -18,9 +18,8 @@ use burn::module::Module;
 use burn::tensor::{Tensor, activation};
 use deepsft_inference::{CompactConfig, NetworkConfig};
 
-/// Channels of the cues a refinement block reads beside the features: u, v, d and what
-/// [`departures`] gives.
-const CUES: usize = 3 + ISOMETRIC_CUES + PLANAR_CUES;
+/// Channels of the cues a refinement block reads beside the features and the coordinates: what [`departures`] gives.
+const CUES: usize = ISOMETRIC_CUES + PLANAR_CUES;
 
 /// Maps that [`isometric_depth`] returns.
 pub const ISOMETRIC_CUES: usize = 2;
@@ -43,15 +42,15 @@ impl RefinementBlock {
     /// A block with `outputs` values per cell.
     pub fn new(config: &CompactConfig, outputs: usize, init: WeightInit) -> Self {
         let width = config.refinement_channels;
+        let inputs = config.channels[1] + CUES + config.bins.len();
         Self {
-            entry: Convolution::standardised([config.channels[1] + CUES, width], 3, 1, 1.0, init),
+            entry: Convolution::standardised([inputs, width], 3, 1, 1.0, init),
             middle: Convolution::standardised([width, width], 3, 1, 1.0, init),
             correction: Convolution::head([width, outputs], 1, init),
         }
     }
 
-    /// Features [N, C8, h, w] (already through [`scaled_relu`]) and cues [N, 7, h, w] -> [N, outputs,
-    /// h, w].
+    /// Features [N, C8, h, w] (already through [`scaled_relu`]) and cues [N, 7 or 8, h, w] -> [N, outputs, h, w].
     pub fn forward(&self, features: Tensor<4>, cues: Tensor<4>) -> Tensor<4> {
         let x = self.entry.forward(Tensor::cat(vec![features, cues], 1));
         let x = self.middle.forward_rectified(x);
@@ -83,21 +82,21 @@ pub fn weighed(depth: Tensor<4>, planar: Tensor<4>, logits: Tensor<4>) -> Tensor
     (activation::softmax(logits, 1) * Tensor::cat(vec![depth, planar], 1)).sum_dim(1)
 }
 
-/// Reads depth off the registration: [N, 3, h, w] coordinates -> [N, 2, h, w].
+/// Reads depth off the registration: coordinates (u, v, d) or (x, y, d, z) [N, 3 or 4, h, w] -> [N, 2, h, w].
 ///
 /// A small piece of an isometric surface at depth z is seen by a camera of focal length f through
 /// an affine map whose largest stretch, along the axis of tilt, is f / z pixels per millimetre: the
 /// first-order solution of Shape-from-Template under weak perspective. So with J the Jacobian of
-/// the registration in millimetres per pixel, z = f * (its smallest singular value), and the ratio of
+/// the registration in millimetres per pixel (of rest positions it has three rows), z = f * (its smallest singular value), and the ratio of
 /// the singular values is the cosine of the tilt. Returned are that depth and the one from the
 /// largest singular value, both as normalised log depth. Not differentiated: a measurement, which
 /// the block learns to weigh.
-pub fn isometric_depth(coordinates: &Tensor<4>, config: &NetworkConfig) -> Tensor<4> {
-    let [n, _, h, w] = coordinates.dims();
-    let maps = coordinates.clone().detach();
+pub fn isometric_depth(maps: &Tensor<4>, config: &NetworkConfig) -> Tensor<4> {
+    let [n, coordinates, h, w] = maps.dims();
+    let maps = maps.clone().detach();
+    // The third coordinate is the depth; z is measured as x is.
     let [width_mm, height_mm] = config.template_size_mm;
-    let u = maps.clone().slice([0..n, 0..1]) * width_mm;
-    let v = maps.slice([0..n, 1..2]) * height_mm;
+    let sides = [Some(width_mm), Some(height_mm), None, Some(width_mm)];
     let pixels = PIXELS_PER_CELL as f64;
     // Central differences along a dimension; the outermost cells stand for those beyond.
     let slope = |m: &Tensor<4>, dim: usize, length: usize| {
@@ -105,11 +104,16 @@ pub fn isometric_depth(coordinates: &Tensor<4>, config: &NetworkConfig) -> Tenso
         let padded = Tensor::cat(vec![edge(0), m.clone(), edge(length - 1)], dim);
         (padded.clone().narrow(dim, 2, length) - padded.narrow(dim, 0, length)) / (2.0 * pixels)
     };
-    let (ux, uy, vx, vy) = (slope(&u, 3, w), slope(&u, 2, h), slope(&v, 3, w), slope(&v, 2, h));
-    // Singular values of a 2x2 matrix from the eigenvalues of J^T J.
-    let a = ux.clone().square() + vx.clone().square();
-    let b = uy.clone().square() + vy.clone().square();
-    let c = ux * uy + vx * vy;
+    // Singular values of a matrix of two columns from the eigenvalues of J^T J.
+    let [mut a, mut b, mut c] = [(); 3].map(|()| Tensor::zeros([n, 1, h, w], &maps.device()));
+    for (k, side) in (0..coordinates).zip(sides) {
+        let Some(side) = side else { continue };
+        let map = maps.clone().slice([0..n, k..k + 1]) * side;
+        let (along_x, along_y) = (slope(&map, 3, w), slope(&map, 2, h));
+        a = a + along_x.clone().square();
+        b = b + along_y.clone().square();
+        c = c + along_x * along_y;
+    }
     let half_sum = (a.clone() + b.clone()) / 2.0;
     let half_gap = (((a - b) / 2.0).square() + c.square()).sqrt();
     let smallest = (half_sum.clone() - half_gap.clone()).clamp_min(1e-6).sqrt();

@@ -259,15 +259,15 @@ fn maps_at_given_pixels_are_the_network_s_own_there_and_nothing_elsewhere() {
     let picture = Picture::from_fn(480, 270, |x, y| [(x / 2) as u8, (y % 256) as u8, ((x * y) % 251) as u8]);
     for config in narrow() {
         let network = Network::new(&config, &device).fold();
-        let own = pollster::block_on(network.infer(&picture, None, &device)).unwrap();
+        let own = pollster::block_on(network.infer(&picture, None, None, &device)).unwrap();
         // Stripes: half of what the network sees, and half of what it does not.
         let seen: Vec<bool> = (0..480 * 270).map(|pixel| pixel / 480 % 2 == 0).collect();
-        let maps = pollster::block_on(network.infer(&picture, Some(&seen), &device)).unwrap();
+        let maps = pollster::block_on(network.infer(&picture, Some(&seen), None, &device)).unwrap();
         assert_eq!(maps.mask(), seen, "{}", config.architecture.name());
         for pixel in (0..seen.len()).filter(|&pixel| seen[pixel] && own.inside(pixel)) {
             assert_eq!(maps.depth()[pixel], own.depth()[pixel]);
             assert_eq!(maps.registration()[pixel], own.registration()[pixel]);
         }
-        assert!(pollster::block_on(network.infer(&picture, Some(&seen[1..]), &device)).is_err());
+        assert!(pollster::block_on(network.infer(&picture, Some(&seen[1..]), None, &device)).is_err());
     }
 }

@@ -5,9 +5,10 @@ use burn::tensor::{Device, Tensor, TensorData};
 use deepsft::{
     Architecture, CompactConfig, DeviceKind, MODEL_FILE, ModelBundle, NetworkConfig, PaperConfig, R50FConfig, Stage,
 };
-use deepsft_geometry::{ImageSize, Maps, Picture, training_camera};
+use deepsft_geometry::glam::DVec3;
+use deepsft_geometry::{GeometryError, ImageSize, Maps, Picture, RestSurface, Template, training_camera};
 use deepsft_inference::{Executor, FoldedNetwork};
-use deepsft_network::{CompactNetwork, Network, SEAM_JUMP, images_to_tensor, pictures_to_tensor, start_device};
+use deepsft_network::{CompactNetwork, Network, images_to_tensor, pictures_to_tensor, start_device};
 use std::path::Path;
 
 /// Something with edges, waves and flat parts.
@@ -62,7 +63,7 @@ fn compact_executor(network: &Network, image: &Picture) -> Executor {
     Executor::new(&config, image.size(), &weights, 2).unwrap()
 }
 
-/// The largest differences: in (u, v, d) of the main block and after refinement, and in the mask's logits.
+/// The largest differences: in the coordinates of the main block and after refinement, and in the mask's logits.
 fn differences(network: &Network, image: &Picture) -> [f32; 3] {
     let (device, _) = pollster::block_on(start_device(DeviceKind::Cpu)).unwrap();
     let compact: &CompactNetwork = network.as_compact().unwrap();
@@ -113,19 +114,18 @@ fn the_shipped_model_says_the_same_to_a_ten_thousandth() {
 }
 
 #[test]
-fn networks_of_other_widths_sizes_and_with_seams_say_the_same() {
-    let shape = |channels, blocks_at_32, seams| CompactConfig {
+fn networks_of_other_widths_and_sizes_and_of_rest_positions_say_the_same() {
+    let shape = |channels, blocks_at_32, bins: &[usize]| CompactConfig {
         channels,
         blocks_at_32,
-        bins: [7, 33, 12],
+        bins: bins.to_vec(),
         refinement_channels: 20,
         mask_channels: 9,
-        seams,
     };
     for (shape, [width, height]) in [
-        (shape([5, 12, 37, 50], 1, false), [200, 130]),
-        (shape([16, 48, 33, 18], 0, true), [96, 64]),
-        (shape([40, 16, 80, 16], 3, true), [481, 271]),
+        (shape([5, 12, 37, 50], 1, &[7, 33, 12]), [200, 130]),
+        (shape([16, 48, 33, 18], 0, &[7, 33, 12, 9]), [96, 64]),
+        (shape([40, 16, 80, 16], 3, &[7, 33, 12, 40]), [481, 271]),
     ] {
         let [main, refined, logits] = differences(&drawn(Architecture::Compact(shape), 1), &picture(width, height, 5));
         // What is no surface has no planes: measuring them multiplies rounding errors.
@@ -136,13 +136,19 @@ fn networks_of_other_widths_sizes_and_with_seams_say_the_same() {
     }
 }
 
+/// A surface on which rest positions are looked up: a sheet, on which what is nearest does not jump.
+fn rest_surface() -> RestSurface {
+    let picture = Picture::from_fn(2, 2, |_, _| [0; 3]);
+    RestSurface::new(&Template::thin_shell(picture, 200.0, 150.0).unwrap())
+}
+
 /// How far maps of the compact network may be apart: registration, and depth, an exponential, over the range or itself.
 const COMPACT: [f64; 2] = [2e-4, 2e-3];
 
 /// The maps of a stage by burn.
 fn expected(network: &Network, image: &Picture, stage: Stage, seen: Option<&[bool]>, device: &Device) -> Maps {
     if stage == Stage::RegistrationRefinement {
-        return pollster::block_on(network.infer(image, seen, device)).unwrap();
+        return pollster::block_on(network.infer(image, seen, Some(&rest_surface()), device)).unwrap();
     }
     let values = |tensor: Tensor<4>| tensor.into_data().try_to_vec::<f32>().unwrap();
     let said = network.forward_maps(pictures_to_tensor(&[image], device));
@@ -152,7 +158,18 @@ fn expected(network: &Network, image: &Picture, stage: Stage, seen: Option<&[boo
         said.depth
     };
     let [depth, uv, logits] = [depth, said.main_registration, said.mask_logits].map(values);
-    let (range, pixels) = (network.config().depth_range, depth.len());
+    let (range, pixels, surface) = (network.config().depth_range, depth.len(), rest_surface());
+    let registration = |pixel: usize| {
+        let at = |k: usize| uv[k * pixels + pixel];
+        match network.config().has_rest_positions() {
+            true => surface
+                .registration(DVec3::new(at(0).into(), at(1).into(), at(2).into()))
+                .unwrap()
+                .as_vec2()
+                .to_array(),
+            false => [at(0), at(1)],
+        }
+    };
     let mut maps = Maps::empty(image.size());
     for pixel in 0..pixels {
         let in_mask = if network.says_outside() {
@@ -163,7 +180,7 @@ fn expected(network: &Network, image: &Picture, stage: Stage, seen: Option<&[boo
         if seen.map_or(in_mask, |seen| seen[pixel]) {
             let near = if network.says_outside() { range.near_mm } else { 0.0 };
             let mm = range.depth_mm_linear(f64::from(depth[pixel])).max(near);
-            maps.set(pixel, mm as f32, [uv[pixel], uv[pixels + pixel]]);
+            maps.set(pixel, mm as f32, registration(pixel));
         }
     }
     maps
@@ -180,7 +197,7 @@ fn compare_maps(network: &Network, image: &Picture, [max_off, max_apart]: [f64; 
         for &stage in network.config().architecture.stages() {
             let expected = expected(network, image, stage, seen, &device);
             let mut maps = Maps::empty((width, height));
-            executor.read(stage, seen, &mut maps).unwrap();
+            executor.read(stage, seen, Some(&rest_surface()), &mut maps).unwrap();
             let mut outvoted = 0;
             for pixel in 0..width * height {
                 if maps.inside(pixel) != expected.inside(pixel) {
@@ -204,30 +221,25 @@ fn maps_at_pixels_are_those_of_the_network() {
     compare_maps(&network, &picture(480, 270, 1), COMPACT);
     let mut executor = network.folded().executor((480, 270)).unwrap();
     assert!(executor.run(&picture(470, 270, 1)).is_err());
-    assert!(executor.read(Stage::Main, None, &mut Maps::empty((3, 3))).is_err());
+    assert!(
+        executor
+            .read(Stage::Main, None, None, &mut Maps::empty((3, 3)))
+            .is_err()
+    );
 }
 
 #[test]
-fn across_seams_maps_at_pixels_are_those_of_the_network() {
+fn rest_positions_at_pixels_are_looked_up_as_the_network_does() {
     let shape = CompactConfig {
         channels: [8, 12, 16, 20],
-        // An untrained network says any of the bins: neighbouring cells are of any chart.
-        bins: [40, 30, 10],
-        seams: true,
+        bins: vec![40, 30, 10, 20],
         ..CompactConfig::default()
     };
-    let image = picture(96, 64, 2);
-    let has_seam_at_the_border = |network: &Network| {
-        let mut executor = compact_executor(network, &image);
-        executor.run(&image).unwrap();
-        let [u, v, _] = executor.cells(Stage::Main).unwrap();
-        [u, v]
-            .iter()
-            .any(|map| map.chunks(12).any(|row| (row[0] - row[1]).abs() > SEAM_JUMP))
-    };
-    let mut networks = (0..100).map(|seed| drawn(Architecture::Compact(shape.clone()), seed));
-    let network = networks.find(has_seam_at_the_border).unwrap();
-    compare_maps(&network, &image, COMPACT);
+    let network = drawn(Architecture::Compact(shape), 3);
+    compare_maps(&network, &picture(96, 64, 2), COMPACT);
+    let mut executor = network.folded().executor((96, 64)).unwrap();
+    let read = executor.read(Stage::Main, None, None, &mut Maps::empty((96, 64)));
+    assert_eq!(read, Err(GeometryError::NoRestSurface));
 }
 
 #[test]
@@ -242,7 +254,9 @@ fn the_papers_network_and_r50f_say_the_same_to_a_ten_thousandth() {
         let mut executor = network.folded().executor((480, 270)).unwrap();
         executor.run(&image).unwrap();
         let mut maps = Maps::empty((480, 270));
-        executor.read(Stage::Main, Some(&[true; 480 * 270]), &mut maps).unwrap();
+        executor
+            .read(Stage::Main, Some(&[true; 480 * 270]), None, &mut maps)
+            .unwrap();
         let us = || (0..480 * 270).map(|pixel| maps.uv(pixel).x);
         let (least, most) = (us().fold(f64::MAX, f64::min), us().fold(f64::MIN, f64::max));
         assert!(most - least > 0.05, "{least} to {most}: nothing is compared");

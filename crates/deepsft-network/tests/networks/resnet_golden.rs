@@ -161,7 +161,7 @@ fn maps_read_from_a_network_are_in_millimetres_and_minus_one_outside() {
     let said = network.forward_maps(pictures_to_tensor(&[&picture], &device));
     let depth = said.depth.into_data().try_to_vec::<f32>().unwrap();
     let registration = said.registration.into_data().try_to_vec::<f32>().unwrap();
-    let read = pollster::block_on(network.infer(&picture, None, &device)).unwrap();
+    let read = pollster::block_on(network.infer(&picture, None, None, &device)).unwrap();
     let (mut inside, mut outside) = (0, 0);
     for (pixel, &said) in depth.iter().enumerate() {
         if f64::from(said) >= OUTSIDE / 2.0 {

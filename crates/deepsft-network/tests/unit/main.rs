@@ -5,4 +5,3 @@
 mod descriptors;
 mod device;
 mod layer_table;
-mod seams;

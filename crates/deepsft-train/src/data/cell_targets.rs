@@ -1,4 +1,4 @@
-//! What the network should predict for a frame: (u, v, d) at the centre of every cell.
+//! What the network should predict for a frame: (u, v, d) at the centre of every cell, or (x, y, d, z) of rest positions.
 //!
 //! A cell's target is an affine fit of the true maps over the visible pixels of the 3 x 3 cells
 //! around it, read at the cell's centre. So cells that the object's edge or an occluder cuts are
@@ -7,15 +7,15 @@
 //! across a fold (where no affine function fits), do not count.
 
 use deepsft::DepthRange;
-use deepsft_geometry::Maps;
-use deepsft_geometry::glam::{DMat3, DVec3};
-use deepsft_network::{PIXELS_PER_CELL, SEAM_JUMP};
+use deepsft_geometry::glam::{DMat3, DVec3, DVec4};
+use deepsft_geometry::{Maps, RestSurface};
+use deepsft_network::PIXELS_PER_CELL;
 
 /// Fewest visible pixels around a cell that the object covers.
 const MIN_INSIDE: f64 = 12.0;
 /// Fewest visible pixels around a cell that it does not.
 const MIN_OUTSIDE: f64 = 40.0;
-/// Largest RMS residual of the fit, of (u, v) and of d, that counts as one smooth surface.
+/// Largest RMS residual of the fit, of each coordinate, that counts as one smooth surface.
 const LARGEST_RESIDUAL: f64 = 0.012;
 /// Weight of a cell that only its neighbours support.
 const OUTSIDE_WEIGHT: f32 = 0.5;
@@ -28,12 +28,10 @@ pub struct CellTargets {
     pub columns: usize,
     /// Cells down.
     pub rows: usize,
-    /// (u, v, d) at the cell's centre.
-    pub coordinates: Vec<[f32; 3]>,
+    /// (u, v, d) at the cell's centre, or (x, y, d, z).
+    pub coordinates: Vec<[f32; 4]>,
     /// 1 where the object is seen in the cell, less beside it, 0 where nothing is known.
     pub weight: Vec<f32>,
-    /// Whether the registration jumps at seams.
-    seams: bool,
 }
 
 /// Sums over the visible pixels of a cell, of w = (1, x, y), positions in pixels from the frame's corner, and the values q.
@@ -42,29 +40,33 @@ struct Moments {
     /// Of w w'.
     places: DMat3,
     /// Of q w'.
-    values: DMat3,
+    values: [DVec4; 3],
     /// Of the squares of q.
-    squares: DVec3,
+    squares: DVec4,
 }
 
 impl Moments {
     /// Of no pixels. (The default of a matrix is the identity.)
     const NONE: Self = Self {
         places: DMat3::ZERO,
-        values: DMat3::ZERO,
-        squares: DVec3::ZERO,
+        values: [DVec4::ZERO; 3],
+        squares: DVec4::ZERO,
     };
 
-    fn add_pixel(&mut self, x: f64, y: f64, q: DVec3) {
+    fn add_pixel(&mut self, x: f64, y: f64, q: DVec4) {
         let w = DVec3::new(1.0, x, y);
         self.places += DMat3::from_cols(w, w * x, w * y);
-        self.values += DMat3::from_cols(q, q * x, q * y);
+        for (sum, weight) in self.values.iter_mut().zip(w.to_array()) {
+            *sum += q * weight;
+        }
         self.squares += q * q;
     }
 
     fn add(&mut self, other: &Self) {
         self.places += other.places;
-        self.values += other.values;
+        for (sum, other) in self.values.iter_mut().zip(other.values) {
+            *sum += other;
+        }
         self.squares += other.squares;
     }
 
@@ -74,7 +76,7 @@ impl Moments {
     }
 
     /// Affine fit of each q read at (`cx`, `cy`), and the largest RMS residual.
-    fn fit_at(&self, cx: f64, cy: f64) -> ([f32; 3], f64) {
+    fn fit_at(&self, cx: f64, cy: f64) -> ([f32; 4], f64) {
         let n = self.n();
         let (mx, my) = (self.places.x_axis.y / n, self.places.x_axis.z / n);
         let damping = SLOPE_DAMPING * n;
@@ -82,27 +84,23 @@ impl Moments {
         let b = self.places.y_axis.z - n * mx * my;
         let c = self.places.z_axis.z - n * my * my + damping;
         let determinant = a * c - b * b;
-        let mean = self.values.x_axis / n;
-        let (sx, sy) = (
-            self.values.y_axis - mean * (n * mx),
-            self.values.z_axis - mean * (n * my),
-        );
+        let mean = self.values[0] / n;
+        let (sx, sy) = (self.values[1] - mean * (n * mx), self.values[2] - mean * (n * my));
         let (gx, gy) = ((sx * c - sy * b) / determinant, (sy * a - sx * b) / determinant);
         let values = mean + gx * (cx - mx) + gy * (cy - my);
         let spread = self.squares - mean * mean * n;
         let variance = ((spread - gx * sx - gy * sy) / n).max_element();
-        (values.as_vec3().to_array(), variance.max(0.0).sqrt())
+        (values.as_vec4().to_array(), variance.max(0.0).sqrt())
     }
 }
 
 impl CellTargets {
     /// Targets of the window of `columns` x `rows` cells whose corner is at pixel (`left`, `top`);
-    /// pixels outside the maps count as outside the object. Where the template has `seams`, a cell beside one is fitted
-    /// to its own pixels alone, so that it is taught the chart it shows.
+    /// pixels outside the maps count as outside the object. With a `surface` the targets are rest positions.
     pub fn of_window(
         truth: &Maps,
         range: DepthRange,
-        seams: bool,
+        surface: Option<&RestSurface>,
         (left, top): (usize, usize),
         (columns, rows): (usize, usize),
     ) -> Self {
@@ -111,18 +109,22 @@ impl CellTargets {
         for y in 0..(rows * cell).min(truth.size().height.saturating_sub(top)) {
             for x in 0..(columns * cell).min(truth.size().width.saturating_sub(left)) {
                 let pixel = (top + y) * truth.size().width + left + x;
-                if truth.inside(pixel) {
-                    let [u, v] = truth.registration()[pixel].map(f64::from);
+                if !truth.inside(pixel) {
+                    continue;
+                }
+                let uv = truth.uv(pixel);
+                let position = match surface {
+                    Some(surface) => surface.position(uv),
+                    None => Some(uv.extend(0.0)),
+                };
+                if let Some(DVec3 { x: a, y: b, z: c }) = position {
                     let d = range.normalise(f64::from(truth.depth()[pixel]));
-                    moments[(y / cell) * columns + x / cell].add_pixel(
-                        x as f64 + 0.5,
-                        y as f64 + 0.5,
-                        DVec3::new(u, v, d),
-                    );
+                    let coordinates = DVec4::new(a, b, d, c);
+                    moments[(y / cell) * columns + x / cell].add_pixel(x as f64 + 0.5, y as f64 + 0.5, coordinates);
                 }
             }
         }
-        let mut coordinates = vec![[0.0; 3]; columns * rows];
+        let mut coordinates = vec![[0.0; 4]; columns * rows];
         let mut weight = vec![0.0; columns * rows];
         for row in 0..rows {
             for column in 0..columns {
@@ -138,10 +140,7 @@ impl CellTargets {
                     continue;
                 }
                 let centre = |k: usize| (k as f64 + 0.5) * cell as f64;
-                let (mut values, mut residual) = around.fit_at(centre(column), centre(row));
-                if seams && residual > LARGEST_RESIDUAL && moments[i].n() >= MIN_INSIDE {
-                    (values, residual) = moments[i].fit_at(centre(column), centre(row));
-                }
+                let (values, residual) = around.fit_at(centre(column), centre(row));
                 if residual <= LARGEST_RESIDUAL {
                     coordinates[i] = values;
                     weight[i] = if inside { 1.0 } else { OUTSIDE_WEIGHT };
@@ -153,44 +152,27 @@ impl CellTargets {
             rows,
             coordinates,
             weight,
-            seams,
         }
     }
 
-    /// Whether two cells are of one chart of the texture, as far as their targets tell.
-    fn same_chart(&self, i: usize, j: usize) -> bool {
-        let ([u0, v0, _], [u1, v1, _]) = (self.coordinates[i], self.coordinates[j]);
-        !self.seams || (u0 - u1).abs().max((v0 - v1).abs()) <= SEAM_JUMP
-    }
-
-    /// That of four cells whose chart has the largest weight among them.
-    fn chart_of_most(&self, four: [usize; 4]) -> usize {
-        let support = |&i: &usize| -> f32 {
-            let of_chart = four.iter().filter(|&&j| self.same_chart(i, j));
-            of_chart.map(|&j| self.weight[j]).sum::<f32>() * f32::from(u8::from(self.weight[i] > 0.0))
-        };
-        // The first of equals.
-        four.into_iter()
-            .reduce(|best, next| if support(&next) > support(&best) { next } else { best })
-            .unwrap_or(four[0])
-    }
-
     /// Targets of the coarse cells, two by two of these: the weighted mean of the four and the mean
-    /// weight, row-major. Across a seam only those count that are of the chart most of them show.
-    pub fn coarse(&self) -> Vec<([f32; 3], f32)> {
+    /// weight, row-major.
+    pub fn coarse(&self) -> Vec<([f32; 4], f32)> {
         let (columns, rows) = (self.columns / 2, self.rows / 2);
         (0..columns * rows)
             .map(|i| {
                 let corner = 2 * (i / columns) * self.columns + 2 * (i % columns);
                 let four = [corner, corner + 1, corner + self.columns, corner + self.columns + 1];
-                let chart = self.chart_of_most(four);
-                let four = || four.into_iter().filter(|&j| self.same_chart(j, chart));
-                let weight: f32 = four().map(|j| self.weight[j]).sum();
+                let weight: f32 = four.iter().map(|&j| self.weight[j]).sum();
                 if weight <= 0.0 {
-                    return ([0.0; 3], 0.0);
+                    return ([0.0; 4], 0.0);
                 }
-                let mean = |k: usize| four().map(|j| self.weight[j] * self.coordinates[j][k]).sum::<f32>() / weight;
-                ([mean(0), mean(1), mean(2)], weight / 4.0)
+                let sum = |k: usize| {
+                    four.iter()
+                        .map(|&j| self.weight[j] * self.coordinates[j][k])
+                        .sum::<f32>()
+                };
+                (std::array::from_fn(|k| sum(k) / weight), weight / 4.0)
             })
             .collect()
     }
@@ -207,8 +189,15 @@ pub fn two_bins(t: f32, bins: usize, mut set: impl FnMut(usize, f32)) {
 }
 
 #[cfg(test)]
+#[path = "../../tests/common/charts.rs"]
+mod charts;
+
+#[cfg(test)]
 mod tests {
+    use super::charts::{in_texture, two_charts};
     use super::*;
+    use deepsft_geometry::Picture;
+    use deepsft_geometry::glam::DVec2;
 
     const RANGE: DepthRange = DepthRange {
         near_mm: 100.0,
@@ -228,12 +217,12 @@ mod tests {
 
     #[test]
     fn an_affine_map_is_read_at_the_centres_also_where_the_edge_cuts_a_cell_and_beside_it() {
-        let cells = CellTargets::of_window(&slope(35), RANGE, false, (0, 0), (8, 4));
+        let cells = CellTargets::of_window(&slope(35), RANGE, None, (0, 0), (8, 4));
         for (column, weight) in [(0, 1.0), (3, 1.0), (4, 1.0), (5, OUTSIDE_WEIGHT), (6, 0.0)] {
             let i = 8 + column;
             assert_eq!(cells.weight[i], weight, "column {column}");
             if weight > 0.0 {
-                let [u, v, d] = cells.coordinates[i];
+                let [u, v, d, _] = cells.coordinates[i];
                 assert!(
                     (u - (column as f32 * 8.0 + 4.0) / 100.0).abs() < 4e-3,
                     "column {column}: {u}"
@@ -247,7 +236,7 @@ mod tests {
 
     #[test]
     fn a_window_reads_the_same_surface_from_its_own_corner() {
-        let cells = CellTargets::of_window(&slope(64), RANGE, false, (13, 5), (4, 2));
+        let cells = CellTargets::of_window(&slope(64), RANGE, None, (13, 5), (4, 2));
         assert!((cells.coordinates[5][0] - (13.0 + 12.0) / 100.0).abs() < 1e-4);
         assert!((cells.coordinates[5][1] - (5.0 + 12.0) / 200.0).abs() < 1e-4);
     }
@@ -260,40 +249,44 @@ mod tests {
                 maps.set(y * 64 + x, 600.0, [0.9, 0.5]);
             }
         }
-        let cells = CellTargets::of_window(&maps, RANGE, false, (0, 0), (8, 4));
+        let cells = CellTargets::of_window(&maps, RANGE, None, (0, 0), (8, 4));
         assert_eq!(cells.weight[8 + 2], 0.0);
         assert_eq!(cells.weight[8 + 6], 1.0);
     }
 
     #[test]
-    fn cells_beside_a_seam_are_taught_their_own_chart_and_coarse_cells_that_of_most() {
-        // The left chart up to column 24, the border of two cells; the right one is elsewhere in the texture.
-        let mut maps = slope(64);
+    fn cells_beside_a_seam_are_taught_rest_positions_that_go_on() {
+        let template = two_charts(Picture::from_fn(4, 4, |_, _| [0; 3]), DVec2::new(200.0, 100.0));
+        let surface = RestSurface::new(&template);
+        // Pixel (x, y) shows the point (3 x, 3 y) mm of the sheet: the seam is between the columns 32 and 33.
+        let mut maps = Maps::empty((64, 32));
         for y in 0..32 {
-            for x in 24..64 {
-                maps.set(y * 64 + x, 400.0, [0.9 - (x as f32 + 0.5) / 200.0, 0.4]);
+            for x in 0..64 {
+                let at = DVec2::new((x as f64 + 0.5) * 3.0 / 200.0, (y as f64 + 0.5) * 3.0 / 100.0);
+                maps.set(y * 64 + x, 400.0, in_texture(at).as_vec2().to_array());
             }
         }
-        let without = CellTargets::of_window(&maps, RANGE, false, (0, 0), (8, 4));
-        assert_eq!((without.weight[8 + 2], without.weight[8 + 3]), (0.0, 0.0));
-        let cells = CellTargets::of_window(&maps, RANGE, true, (0, 0), (8, 4));
-        assert_eq!((cells.weight[8 + 2], cells.weight[8 + 3]), (1.0, 1.0));
-        // Column 2's centre is pixel 20, column 3's 28; slopes are damped.
+        let without = CellTargets::of_window(&maps, RANGE, None, (0, 0), (8, 4));
+        assert_eq!((without.weight[8 + 3], without.weight[8 + 4]), (0.0, 0.0));
+        let cells = CellTargets::of_window(&maps, RANGE, Some(&surface), (0, 0), (8, 4));
+        for column in 0..8 {
+            assert_eq!(cells.weight[8 + column], 1.0, "column {column}");
+            // The cube is as long as the sheet, whose middle is its own.
+            let [x, y, _, z] = cells.coordinates[8 + column];
+            let expected = [
+                (column as f32 * 8.0 + 4.0) * 3.0 / 200.0,
+                0.5 + (36.0 - 50.0) / 200.0,
+                0.5,
+            ];
+            let off = [x, y, z].into_iter().zip(expected).map(|(a, b)| (a - b).abs());
+            assert!(off.fold(0.0, f32::max) < 4e-3, "column {column}: {x} {y} {z}");
+        }
+        // The coarse cell of the columns 4 and 5, the two rows from the top.
+        let (coarse, weight) = cells.coarse()[2];
         assert!(
-            (cells.coordinates[8 + 2][0] - 0.20).abs() < 4e-3,
-            "{:?}",
-            cells.coordinates[8 + 2]
+            (coarse[0] - 40.0 * 3.0 / 200.0).abs() < 4e-3 && weight == 1.0,
+            "{coarse:?}"
         );
-        assert!(
-            (cells.coordinates[8 + 3][0] - (0.9 - 0.14)).abs() < 4e-3,
-            "{:?}",
-            cells.coordinates[8 + 3]
-        );
-        // The coarse cell of columns 2 and 3 shows both: as many of each, so the first.
-        let coarse = cells.coarse();
-        assert!((coarse[1].0[0] - 0.20).abs() < 4e-3, "{:?}", coarse[1]);
-        assert_eq!(coarse[1].1, 0.5);
-        assert_eq!(coarse[2].1, 1.0);
     }
 
     #[test]

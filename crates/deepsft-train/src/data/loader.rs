@@ -5,6 +5,7 @@ use super::sample_source::SampleSource;
 use super::window_batch::{Batch, BatchShape};
 use crate::error::TrainError;
 use deepsft::NetworkConfig;
+use deepsft_geometry::RestSurface;
 use deepsft_synth::Sample;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -62,8 +63,9 @@ impl Loader {
             let (batch_sender, batch_receiver) = sync_channel(AHEAD + 1);
             let (source, network) = (Arc::clone(source), network.clone());
             std::thread::spawn(move || {
+                let surface = network.rest_surface(source.template());
                 for request in request_receiver {
-                    let batch = make_batch(&*source, &network, seed, epoch_samples, request);
+                    let batch = make_batch(&*source, &network, surface.as_ref(), (seed, epoch_samples), request);
                     let failed = batch.is_err();
                     if batch_sender.send(batch).is_err() || failed {
                         break;
@@ -108,8 +110,8 @@ impl Loader {
 fn make_batch<S: SampleSource + ?Sized>(
     source: &S,
     network: &NetworkConfig,
-    seed: u64,
-    epoch_samples: Option<u64>,
+    surface: Option<&RestSurface>,
+    (seed, epoch_samples): (u64, Option<u64>),
     (first_sample, shape): (u64, BatchShape),
 ) -> Result<TrainingBatch, TrainError> {
     let asked = first_sample..first_sample + shape.frames as u64;
@@ -123,8 +125,8 @@ fn make_batch<S: SampleSource + ?Sized>(
                     Some((made_index, sample)) if made_index == index => sample,
                     _ => source.sample(seed, index)?,
                 };
-                let (left, top) = window_corner(&sample, shape, seed, window);
-                batch.push(&sample, left, top);
+                let corner = window_corner(&sample, shape, seed, window);
+                batch.push(&sample, surface, corner);
                 made = Some((index, sample));
             }
             Ok(TrainingBatch::Cells(batch))
@@ -203,7 +205,7 @@ mod tests {
         let synthesizer = Synthesizer::new(&template, SynthConfig::default()).unwrap();
         let unfinished = UnfinishedDataset::open(place, DatasetPlan::new(&synthesizer, SEED, 0..11, 11)).unwrap();
         unfinished.make(&synthesizer, None, || ()).unwrap();
-        let stored = StoredSamples::open(&[DatasetFolder::open(place).unwrap()], |_| ()).unwrap();
+        let stored = StoredSamples::open(&[DatasetFolder::open(place).unwrap()], &template, |_| ()).unwrap();
         (Arc::new(synthesizer), Arc::new(stored))
     }
 

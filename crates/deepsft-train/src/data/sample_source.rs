@@ -1,7 +1,7 @@
 //! Where the samples of step 1 come from: made on the fly, or read from data sets.
 
 use crate::error::TrainError;
-use deepsft_geometry::training_camera;
+use deepsft_geometry::{Template, training_camera};
 use deepsft_synth::{DatasetDescription, DatasetFolder, IndexedShards, Sample, Synthesizer};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -12,6 +12,9 @@ const SAMPLES_PER_HELD_OUT_ONE: u64 = 10;
 
 /// Where a training takes its samples from. Workers ask for them from several threads.
 pub trait SampleSource: Send + Sync {
+    /// The template that the samples show.
+    fn template(&self) -> &Template;
+
     /// Sample `index` to train on. Samples that are made on the fly depend on `seed`, too.
     ///
     /// # Errors
@@ -38,6 +41,10 @@ pub trait SampleSource: Send + Sync {
 
 /// Samples made on the fly: never the same one twice.
 impl SampleSource for Synthesizer {
+    fn template(&self) -> &Template {
+        Self::template(self)
+    }
+
     fn sample(&self, seed: u64, index: u64) -> Result<Sample, TrainError> {
         let sample = Self::sample(self, seed, index);
         self.check_photographs()?;
@@ -62,17 +69,19 @@ impl SampleSource for Synthesizer {
 /// many as asked for.
 #[derive(Clone, Debug)]
 pub struct StoredSamples {
+    template: Template,
     shards: IndexedShards,
     fingerprint: String,
 }
 
 impl StoredSamples {
-    /// Finds the samples of `sets`, which the training camera must have taken. `found` is told the number of each shard's.
+    /// Finds the samples of `sets`, which show `template` and which the training camera must have taken. `found` is told the number of
+    /// each shard's.
     ///
     /// # Errors
     /// [`TrainError::RepeatedSample`] when two data sets share some: one might be trained on and held out; and those of
     /// [`IndexedShards::open`].
-    pub fn open(sets: &[DatasetFolder], found: impl FnMut(u64)) -> Result<Self, TrainError> {
+    pub fn open(sets: &[DatasetFolder], template: &Template, found: impl FnMut(u64)) -> Result<Self, TrainError> {
         let descriptions = || sets.iter().map(DatasetFolder::description);
         for (number, one) in descriptions().enumerate() {
             descriptions()
@@ -84,7 +93,11 @@ impl StoredSamples {
             .map(|set| format!("{:?} {} {} {};", identity(set), set.seed, set.first, set.samples))
             .collect();
         let shards = IndexedShards::open(sets, training_camera(), found)?;
-        Ok(Self { shards, fingerprint })
+        Ok(Self {
+            template: template.clone(),
+            shards,
+            fingerprint,
+        })
     }
 
     /// The numbers of the samples that are held out of at most `held_out_frames`.
@@ -102,6 +115,10 @@ impl StoredSamples {
 }
 
 impl SampleSource for StoredSamples {
+    fn template(&self) -> &Template {
+        &self.template
+    }
+
     fn sample(&self, _: u64, index: u64) -> Result<Sample, TrainError> {
         Ok(self.shards.sample(index)?)
     }

@@ -3,6 +3,7 @@
 use super::cell_targets::{CellTargets, two_bins};
 use burn::tensor::{Device, Tensor, TensorData};
 use deepsft::{CompactConfig, DepthRange};
+use deepsft_geometry::RestSurface;
 use deepsft_network::PIXELS_PER_CELL;
 use deepsft_synth::Sample;
 use serde::Serialize;
@@ -48,12 +49,12 @@ pub struct WindowArrays<T> {
     pub corners: T,
     /// [N, 1, H, W], 0 or 1.
     pub mask: T,
-    /// (u, v, d) at the cells' centres, [N, 3, h, w].
+    /// The C coordinates at the cells' centres, [N, C, h, w]: (u, v, d), or (x, y, d, z) of rest positions.
     pub cells: T,
     /// [N, 1, h, w].
     pub cell_weight: T,
-    /// Soft bins of u, v, d, [N, K, h / 2, w / 2].
-    pub bin_targets: [T; 3],
+    /// Soft bins of each coordinate, [N, K, h / 2, w / 2].
+    pub bin_targets: Vec<T>,
     /// [N, 1, h / 2, w / 2].
     pub bin_weight: T,
 }
@@ -65,8 +66,7 @@ pub type BatchTensors = WindowArrays<Tensor<4>>;
 /// other.
 pub struct Batch {
     shape: BatchShape,
-    bins: [usize; 3],
-    seams: bool,
+    bins: Vec<usize>,
     depth_range: DepthRange,
     windows: usize,
     arrays: WindowArrays<Vec<f32>>,
@@ -89,17 +89,19 @@ impl Batch {
     pub fn new(shape: BatchShape, compact: &CompactConfig, depth_range: DepthRange) -> Self {
         Self {
             shape,
-            bins: compact.bins,
-            seams: compact.seams,
+            bins: compact.bins.clone(),
             depth_range,
             windows: 0,
-            arrays: WindowArrays::default(),
+            arrays: WindowArrays {
+                bin_targets: vec![Vec::new(); compact.bins.len()],
+                ..WindowArrays::default()
+            },
         }
     }
 
     /// Adds the window of `sample` whose corner is pixel (`left`, `top`); pixels past the frame's
-    /// edge are black and outside the object.
-    pub fn push(&mut self, sample: &Sample, left: usize, top: usize) {
+    /// edge are black and outside the object. A network that says rest positions learns them of `surface`.
+    pub fn push(&mut self, sample: &Sample, surface: Option<&RestSurface>, (left, top): (usize, usize)) {
         let BatchShape { width, height, .. } = self.shape;
         let arrays = &mut self.arrays;
         let (image, truth) = (&sample.image, &sample.truth);
@@ -121,23 +123,23 @@ impl Batch {
             .mask
             .extend(pixels().map(|pixel| f32::from(u8::from(seen(pixel)))));
         let (columns, rows) = (width / PIXELS_PER_CELL, height / PIXELS_PER_CELL);
-        let cells = CellTargets::of_window(truth, self.depth_range, self.seams, (left, top), (columns, rows));
+        let cells = CellTargets::of_window(truth, self.depth_range, surface, (left, top), (columns, rows));
         let frame_weight = frame_weight(cells.weight.iter().sum());
-        for k in 0..3 {
+        for k in 0..self.bins.len() {
             arrays.cells.extend(cells.coordinates.iter().map(|c| c[k]));
         }
         arrays
             .cell_weight
             .extend(cells.weight.iter().map(|weight| frame_weight * weight));
         let coarse = cells.coarse();
-        for k in 0..3 {
-            let mut targets = vec![0.0; self.bins[k] * coarse.len()];
+        for (k, (&bins, all)) in self.bins.iter().zip(&mut arrays.bin_targets).enumerate() {
+            let mut targets = vec![0.0; bins * coarse.len()];
             for (i, (coordinates, _)) in coarse.iter().enumerate() {
-                two_bins(coordinates[k], self.bins[k], |bin, fraction| {
+                two_bins(coordinates[k], bins, |bin, fraction| {
                     targets[bin * coarse.len() + i] = fraction;
                 });
             }
-            arrays.bin_targets[k].extend(targets);
+            all.extend(targets);
         }
         arrays
             .bin_weight
@@ -159,15 +161,16 @@ impl Batch {
             Tensor::<4>::from_data(TensorData::new(values, shape), device)
         };
         let arrays = self.arrays;
-        let [u, v, d] = arrays.bin_targets;
-        let bins = |k: usize, values| tensor(values, [self.bins[k], h / 2, w / 2]);
+        let bins = self.bins.iter().zip(arrays.bin_targets);
         BatchTensors {
             images: tensor(arrays.images, [3, height, width]),
             corners: tensor(arrays.corners, [2, 1, 1]),
             mask: tensor(arrays.mask, [1, height, width]),
-            cells: tensor(arrays.cells, [3, h, w]),
+            cells: tensor(arrays.cells, [self.bins.len(), h, w]),
             cell_weight: tensor(arrays.cell_weight, [1, h, w]),
-            bin_targets: [bins(0, u), bins(1, v), bins(2, d)],
+            bin_targets: bins
+                .map(|(&bins, values)| tensor(values, [bins, h / 2, w / 2]))
+                .collect(),
             bin_weight: tensor(arrays.bin_weight, [1, h / 2, w / 2]),
         }
     }

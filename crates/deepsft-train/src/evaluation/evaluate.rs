@@ -170,7 +170,7 @@ impl Evaluation {
                         false => Cow::Owned(reference_within(&reference, &maps)),
                     };
                     let own = own.as_ref().unwrap_or(&estimate.maps);
-                    network = Some(frame.metrics(&estimate.maps, own, &shared, template.size_mm())?);
+                    network = Some(frame.metrics(&estimate.maps, own, &shared, template.into())?);
                     estimate.maps = maps;
                 }
             }
@@ -304,7 +304,7 @@ impl FrameResult {
             index,
             has_template: frame.truth.has_template(),
             judgement: estimate.judgement,
-            metrics: frame.metrics(&estimate.maps, compared, reference, template.size_mm())?,
+            metrics: frame.metrics(&estimate.maps, compared, reference, template.into())?,
             measured_pixels: (!frame.truth.has_registration()).then(|| MeasuredPixels {
                 measured: reference.area(),
                 compared: compared_pixels,

@@ -1,8 +1,7 @@
 //! Frames to measure a model on: synthetic ones, whose truth is exact, and recorded ones, whose depth was measured.
 
 use super::measured_depth::measured_maps;
-use deepsft_geometry::glam::DVec2;
-use deepsft_geometry::metrics::{FrameMetrics, frame_metrics};
+use deepsft_geometry::metrics::{FrameMetrics, RestShape, frame_metrics};
 use deepsft_geometry::{Camera, GeometryError, Maps, Picture};
 use deepsft_synth::{RecordedFrame, Sample};
 use std::borrow::Cow;
@@ -77,9 +76,9 @@ impl EvaluationFrame {
         predicted: &Maps,
         compared: &Maps,
         reference: &Maps,
-        template_size_mm: DVec2,
+        rest: RestShape<'_>,
     ) -> Result<FrameMetrics, GeometryError> {
-        let errors = |maps: &Maps, truth: &Maps| frame_metrics(maps, truth, &self.camera, template_size_mm);
+        let errors = |maps: &Maps, truth: &Maps| frame_metrics(maps, truth, &self.camera, rest);
         if self.truth.has_registration() {
             return errors(predicted, reference);
         }

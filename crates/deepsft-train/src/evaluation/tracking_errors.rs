@@ -44,7 +44,7 @@ pub fn mesh_errors(
     camera: &Camera,
 ) -> Result<FrameMetrics, TrainError> {
     let maps = VisibleSurface::new(template.mesh(), vertices_camera, camera).maps();
-    Ok(frame_metrics(&maps, truth, camera, template.size_mm())?)
+    Ok(frame_metrics(&maps, truth, camera, template)?)
 }
 
 /// Fraction of the template that is in view: of 16 x 16 cells of it those of which at least a pixel is seen.

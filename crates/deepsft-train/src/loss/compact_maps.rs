@@ -5,7 +5,7 @@ use crate::data::BatchTensors;
 use burn::tensor::{Tensor, activation};
 use deepsft_network::{NetworkOutput, cross_entropy};
 
-/// Weights of the terms: the refined registration and depth, the main block's own (the paper's 1/2), the bins of u, v and d
+/// Weights of the terms: the refined registration and depth, the main block's own (the paper's 1/2), the bins of all coordinates
 /// together, the mask.
 const REFINED: f64 = 4.0;
 const MAIN: f64 = 2.0;
@@ -14,8 +14,8 @@ const MASK: f64 = 1.5;
 /// Error up to which the smooth L1 loss is quadratic, in units of the unit square.
 const BETA: f64 = 0.01;
 
-/// The loss of `output` against `batch`, [1]: the weighted sum of the smooth L1 of the refined (u, v, d) and of the main
-/// block's, the cross-entropy of the bins, summed over u, v, d, and the binary cross-entropy of the mask.
+/// The loss of `output` against `batch`, [1]: the weighted sum of the smooth L1 of the refined coordinates and of the main
+/// block's, the cross-entropy of the bins, summed over the coordinates, and the binary cross-entropy of the mask.
 pub fn step_one_loss(output: NetworkOutput, batch: &BatchTensors) -> Tensor<1> {
     let coordinates = |predicted: Tensor<4>| {
         let error = smooth_l1(predicted - batch.cells.clone(), BETA).sum_dim(1);
@@ -23,11 +23,12 @@ pub fn step_one_loss(output: NetworkOutput, batch: &BatchTensors) -> Tensor<1> {
     };
     let refined = coordinates(output.refined);
     let main = coordinates(output.main);
-    let [u, v, d] = output.bins;
-    let entropy = |logits, k: usize| cross_entropy(logits, batch.bin_targets[k].clone(), batch.bin_weight.clone());
-    let bins = entropy(u, 0) + entropy(v, 1) + entropy(d, 2);
+    let bins = output.bins.into_iter().zip(&batch.bin_targets);
+    let entropies = bins.map(|(logits, targets)| cross_entropy(logits, targets.clone(), batch.bin_weight.clone()));
     let mask = binary_cross_entropy(output.mask, batch.mask.clone());
-    refined * REFINED + main * MAIN + bins * BINS + mask * MASK
+    entropies.fold(refined * REFINED + main * MAIN + mask * MASK, |loss, entropy| {
+        loss + entropy * BINS
+    })
 }
 
 /// |e| - beta / 2 beyond beta, e^2 / (2 beta) within, elementwise.

@@ -8,6 +8,7 @@ use crate::loss::{step_one_loss, supervised_maps_loss};
 use crate::run::{Checkpoint, CurvePoint, Fingerprint, Finished, Progress, RunSettings, TrainingStep, run};
 use burn::tensor::{Device, Tensor};
 use deepsft::NetworkConfig;
+use deepsft_geometry::Template;
 use deepsft_geometry::metrics::{FrameMetrics, Summary, frame_metrics};
 use deepsft_network::Network;
 use deepsft_synth::Sample;
@@ -43,6 +44,7 @@ pub fn train<S: SampleSource + ?Sized + 'static>(
         .or(config.epoch_samples);
     device.seed(config.seed);
     let step = StepOne {
+        template: source.template(),
         network_config,
         config,
         trunk: trunk.as_ref(),
@@ -114,6 +116,7 @@ fn fingerprint(
 
 /// Step 1, as the loop sees it.
 struct StepOne<'a> {
+    template: &'a Template,
     network_config: &'a NetworkConfig,
     config: &'a TrainConfig,
     trunk: Option<&'a Trunk>,
@@ -169,16 +172,11 @@ impl TrainingStep for StepOne<'_> {
     }
 
     fn measure(&self, network: &Network) -> Result<Vec<FrameMetrics>, TrainError> {
-        let [width, height] = network.config().template_size_mm;
+        let surface = network.config().rest_surface(self.template);
         let mut frames = Vec::new();
         for sample in self.held_out.iter().filter(|sample| sample.has_template) {
-            let maps = pollster::block_on(network.infer(&sample.image, None, self.device))?;
-            frames.push(frame_metrics(
-                &maps,
-                &sample.truth,
-                &sample.camera,
-                [width, height].into(),
-            )?);
+            let maps = pollster::block_on(network.infer(&sample.image, None, surface.as_ref(), self.device))?;
+            frames.push(frame_metrics(&maps, &sample.truth, &sample.camera, self.template)?);
         }
         Ok(frames)
     }

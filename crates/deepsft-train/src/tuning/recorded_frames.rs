@@ -50,8 +50,10 @@ impl RecordedFrames {
             colors: ColorResponse::IDENTITY,
         };
         let mut colors = ColorMatch::default();
+        let surface = network.config().rest_surface(template);
         for index in 0..count {
-            match TrainingFrame::read(recording, index, &network, canonical, template.texture(), device)? {
+            let shown = (template.texture(), surface.as_ref());
+            match TrainingFrame::read(recording, index, &network, canonical, shown, device)? {
                 Some((frame, _)) if index >= first_held_out => frames.held_out.push(frame),
                 Some((frame, maps)) if frame.is_trainable() => {
                     colors.add(&frame.image, template.texture(), &maps)?;

@@ -53,14 +53,18 @@ impl RecordingMetrics {
     /// [`TrainError`] when the device fails or the truth is not of the canonical size.
     pub fn measure(network: &Network, set: TuningSet<'_>, device: &Device) -> Result<Self, TrainError> {
         let measured = MeasuredSet::of(set);
+        let surface = network.config().rest_surface(set.template);
+        let infer = |image: &Picture, seen: Option<&[bool]>| {
+            pollster::block_on(network.infer(image, seen, surface.as_ref(), device))
+        };
         let mut frames = Vec::new();
         for frame in &set.frames.held_out {
             let truth = set.truth.get(&frame.index).map(|sample| &sample.truth);
             let region = frame.measured_region(truth)?;
-            let maps = pollster::block_on(network.infer(&frame.image, Some(&region), device))?;
+            let maps = infer(&frame.image, Some(&region))?;
             let mut errors = measured.errors(&maps, frame, &region, truth)?;
             if network.says_outside() {
-                let maps = pollster::block_on(network.infer(&frame.image, None, device))?;
+                let maps = infer(&frame.image, None)?;
                 errors.mask_iou = iou(&maps.mask(), &region);
             }
             frames.push(errors);
@@ -134,7 +138,7 @@ impl<'a> MeasuredSet<'a> {
             template, canonical, ..
         } = self.set;
         let (image, texture) = (&frame.image, template.texture());
-        let against = |reference: &Maps| frame_metrics(maps, reference, canonical, template.size_mm());
+        let against = |reference: &Maps| frame_metrics(maps, reference, canonical, template);
         let measured = frame.measured(region);
         let against_truth = truth.map(against).transpose()?;
         Ok(RecordingMetrics {

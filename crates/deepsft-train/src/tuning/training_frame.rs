@@ -3,7 +3,7 @@
 use crate::error::TrainError;
 use crate::evaluation::{eroded, measured_maps, trusted_depth};
 use burn::tensor::{Device, Tensor, TensorData};
-use deepsft_geometry::{Camera, GeometryError, Maps, Picture, check_size, mipmap_level};
+use deepsft_geometry::{Camera, GeometryError, Maps, Picture, RestSurface, check_size, mipmap_level};
 use deepsft_network::{Network, pictures_to_tensor};
 use deepsft_synth::{RecordedFrame, Recording};
 
@@ -30,8 +30,9 @@ pub struct TrainingFrame {
 }
 
 impl TrainingFrame {
-    /// Reads frame `index` of `recording` for `network`, which is on the plain `device`. It returns with it what the network
-    /// says there; `None` when neither it nor the recording's mask has the object.
+    /// Reads frame `index` of `recording` for `network`, which is on the plain `device`. The template has the texture `texture`, and
+    /// rest positions are those of `surface`. It returns with it what the network says there; `None` when neither it nor the
+    /// recording's mask has the object.
     ///
     /// The object is where the network's mask has it before the tuning, and where the recording's own mask has it, if it
     /// comes with masks. Depth is trained on two pixels further in, where the sensor measured something within 15 % of what
@@ -44,11 +45,11 @@ impl TrainingFrame {
         index: usize,
         network: &Network,
         canonical: &Camera,
-        texture: &Picture,
+        (texture, surface): (&Picture, Option<&RestSurface>),
         device: &Device,
     ) -> Result<Option<(Self, Maps)>, TrainError> {
         let RecordedFrame { image, depth_mm, mask } = recording.frame(index, canonical)?;
-        let mut maps = pollster::block_on(network.infer(&image, None, device))?;
+        let mut maps = pollster::block_on(network.infer(&image, None, surface, device))?;
         for pixel in mask
             .iter()
             .flat_map(|mask| (0..mask.len()).filter(|&pixel| !mask[pixel]))

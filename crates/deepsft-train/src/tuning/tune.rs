@@ -6,11 +6,12 @@ use super::recording_metrics::{MeanMedian, RecordingMetrics};
 use super::training_frame::{FrameTensors, TrainingFrame};
 use crate::config::{TrainConfig, TuningSettings, TuningStep};
 use crate::error::TrainError;
-use crate::loss::{Light, TexturePyramid};
+use crate::loss::{Light, TexturePyramid, registration_of_positions};
 use crate::run::{Checkpoint, CurvePoint, Finished, Progress, RunSettings, TrainingStep, run};
 use burn::module::Module;
 use burn::store::ModuleRecord;
 use burn::tensor::{Bytes, Device, Tensor};
+use deepsft_geometry::RestSurface;
 use deepsft_network::{Network, NetworkMaps};
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
@@ -58,6 +59,7 @@ pub fn tune(
         config,
         device,
         texture: TexturePyramid::new(&texture, &differentiable),
+        surface: start.config().rest_surface(set.template),
         differentiable,
         start: &start,
     };
@@ -102,6 +104,8 @@ struct Tuning<'a> {
     differentiable: Device,
     /// Of the template, in the colours that [`Light`] asks for.
     texture: TexturePyramid,
+    /// Where rest positions are looked up.
+    surface: Option<RestSurface>,
     /// The network that the step starts from, on the plain device.
     start: &'a Network,
 }
@@ -165,6 +169,10 @@ impl<'a> TrainingStep for Tuning<'a> {
             }
             TuningStep::Registration => {
                 let levels: Vec<usize> = frames.iter().map(|frame| frame.level).collect();
+                let registration = match &self.surface {
+                    Some(surface) => registration_of_positions(registration, surface)?,
+                    None => registration,
+                };
                 let loss = &self.config.photo_consistency;
                 loss.apply(registration, &tensors.images, &tensors.inside, &self.texture, &levels)
             }

@@ -1,6 +1,8 @@
 //! What several tests of training share: a small template, a small network, frames of a recording, weights, checkpoints.
 #![allow(dead_code)] // Each test file uses a part of it.
 
+pub mod charts;
+
 use burn::module::{Module, ModuleVisitor, Param};
 use burn::tensor::Tensor;
 use deepsft::{Architecture, CompactConfig, NetworkConfig};
@@ -35,10 +37,9 @@ pub fn small_compact(camera: &Camera) -> NetworkConfig {
     let shape = CompactConfig {
         channels: [8, 8, 8, 8],
         blocks_at_32: 1,
-        bins: [8, 8, 8],
+        bins: vec![8, 8, 8],
         refinement_channels: 16,
         mask_channels: 8,
-        seams: false,
     };
     NetworkConfig::new(Architecture::Compact(shape), [180.0, 120.0], camera)
 }

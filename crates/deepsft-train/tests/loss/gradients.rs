@@ -331,7 +331,7 @@ fn batch(device: &Device) -> BatchTensors {
         // Targets of 0 keep the errors where `values` put them: on both sides of the smooth L1's bend at 0.01.
         cells: Tensor::zeros(CELLS, (device, DType::F64)),
         cell_weight: tensor(&positive([1, 1, 2, 4], 12), [1, 1, 2, 4], device),
-        bin_targets: [soft(13), soft(14), soft(15)],
+        bin_targets: vec![soft(13), soft(14), soft(15)],
         bin_weight: tensor(&positive([1, 1, 1, 2], 16), [1, 1, 1, 2], device),
     }
 }
@@ -341,7 +341,7 @@ fn output(tensors: &[Tensor<4>]) -> NetworkOutput {
         refined: tensors[0].clone(),
         main: tensors[1].clone(),
         mask: tensors[2].clone(),
-        bins: [tensors[3].clone(), tensors[4].clone(), tensors[5].clone()],
+        bins: vec![tensors[3].clone(), tensors[4].clone(), tensors[5].clone()],
     }
 }
 

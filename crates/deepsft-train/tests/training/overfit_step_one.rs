@@ -75,8 +75,8 @@ fn narrow_networks_learn_one_sample_by_heart_with_the_paper_s_optimiser() {
                 }
             })
             .unwrap();
-            let maps = pollster::block_on(trained.network.infer(&sample.image, None, &device)).unwrap();
-            let metrics = frame_metrics(&maps, &sample.truth, &sample.camera, SIZE_MM.into()).unwrap();
+            let maps = pollster::block_on(trained.network.infer(&sample.image, None, None, &device)).unwrap();
+            let metrics = frame_metrics(&maps, &sample.truth, &sample.camera, synthesizer.template()).unwrap();
             assert_eq!(losses.len() as u64, steps);
             let (first, last) = (losses[0], losses[losses.len() - 1]);
             let iou = metrics.mask_iou.unwrap();

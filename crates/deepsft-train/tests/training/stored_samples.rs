@@ -2,7 +2,7 @@
 
 use crate::common::{alone, copy, small_compact, template, weights};
 use burn::tensor::Device;
-use deepsft_geometry::training_camera;
+use deepsft_geometry::{Template, training_camera};
 use deepsft_synth::{DatasetFolder, DatasetPlan, Sample, SynthConfig, Synthesizer, UnfinishedDataset};
 use deepsft_train::{
     BatchShape, Budget, Progress, SampleSource, Schedule, StoredSamples, TrainConfig, TrainError, Trained, train,
@@ -18,7 +18,7 @@ fn stored(folder: &Path, seed: u64, samples: u64) -> StoredSamples {
     let plan = DatasetPlan::new(&synthesizer, seed, 0..samples, samples);
     let unfinished = UnfinishedDataset::open(&place, plan).unwrap();
     unfinished.make(&synthesizer, None, || ()).unwrap();
-    StoredSamples::open(&[DatasetFolder::open(&place).unwrap()], |_| ()).unwrap()
+    StoredSamples::open(&[DatasetFolder::open(&place).unwrap()], &template(), |_| ()).unwrap()
 }
 
 /// A data set that keeps a list of the samples that were asked for.
@@ -28,6 +28,10 @@ struct Watched {
 }
 
 impl SampleSource for Watched {
+    fn template(&self) -> &Template {
+        self.stored.template()
+    }
+
     fn sample(&self, seed: u64, index: u64) -> Result<Sample, TrainError> {
         self.asked.lock().unwrap().push(index);
         self.stored.sample(seed, index)

@@ -113,7 +113,7 @@ fn a_network_without_refinement_blocks_has_one_row() {
     executor.run(image).unwrap();
     let [only, answer] = [Stage::Main, Stage::RegistrationRefinement].map(|stage| {
         let mut maps = Maps::empty(image.size());
-        executor.read(stage, None, &mut maps).unwrap();
+        executor.read(stage, None, None, &mut maps).unwrap();
         maps
     });
     assert_eq!(only, answer);

@@ -29,7 +29,9 @@ fn recorded(depth: impl Fn(usize) -> f32, mask: Option<Vec<bool>>) -> Evaluation
 }
 
 fn errors(frame: &EvaluationFrame, maps: &Maps) -> FrameMetrics {
-    frame.metrics(maps, maps, &frame.truth.reference(maps), SIZE).unwrap()
+    frame
+        .metrics(maps, maps, &frame.truth.reference(maps), SIZE.into())
+        .unwrap()
 }
 
 #[test]

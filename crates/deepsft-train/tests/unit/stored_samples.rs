@@ -28,7 +28,7 @@ fn data_sets_with_a_sample_in_common_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let set = |grey, seed, first| set(folder.path(), grey, seed, first..first + 2);
     let one = set(9, 5, 100);
-    let with = |other| StoredSamples::open(&[one.clone(), other], |_| ());
+    let with = |other| StoredSamples::open(&[one.clone(), other], synthesizer(9).template(), |_| ());
     for other in [set(9, 6, 100), set(9, 5, 102), set(9, 5, 98), set(10, 5, 100)] {
         with(other).unwrap();
     }
@@ -46,7 +46,7 @@ fn stored_samples_are_those_that_were_made_up_to_their_rounding() {
     let folder = tempfile::tempdir().unwrap();
     // The first in two shards.
     let sets = [set(folder.path(), 9, 5, 100..104), set(folder.path(), 90, 6, 0..2)];
-    let stored = StoredSamples::open(&sets, |_| ()).unwrap();
+    let stored = StoredSamples::open(&sets, synthesizer(9).template(), |_| ()).unwrap();
     let numbered = (100..104).map(|index| (9, 5, index)).chain([(90, 6, 0), (90, 6, 1)]);
     let mut area = 0;
     for (number, (grey, seed, index)) in (0..).zip(numbered) {

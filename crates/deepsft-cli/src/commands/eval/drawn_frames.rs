@@ -159,7 +159,7 @@ fn columns_of_the_worst(frame: &Frame, template: &Template, _: &Camera) -> Vec<s
         columns.extend([
             panels::overlay("registration, true", image, truth, size),
             depth_error,
-            panels::registration_error(title, predicted, truth, size, REGISTRATION_SCALE_MM),
+            panels::registration_error(title, predicted, truth, template.into(), REGISTRATION_SCALE_MM),
         ]);
     } else {
         columns.push(depth_error);
@@ -191,7 +191,7 @@ fn columns_of_the_paper(frame: &Frame, template: &Template, camera: &Camera) -> 
             predicted,
             truth,
             camera,
-            template.size_mm(),
+            template.into(),
             REGISTRATION_SCALE_PX,
         ));
     }

@@ -32,7 +32,7 @@ impl DataSets {
         input::check_hashes(&sets)?;
         let all = sets.iter().map(|set| set.description().samples).sum();
         let bar = progress::counting(all, "samples found");
-        let samples = match StoredSamples::open(&sets, |found| bar.inc(found)) {
+        let samples = match StoredSamples::open(&sets, template, |found| bar.inc(found)) {
             Err(error @ TrainError::RepeatedSample { .. }) => Err(error).blame("data set", last)?,
             samples => samples?,
         };

@@ -63,7 +63,7 @@ impl Training<'_> {
             &self.synthesizer.config().camera,
         )?;
         if !template.is_sheet() {
-            network = network.with_seams();
+            network = network.with_rest_positions(template.extent_mm().max_element());
         }
         let source: Arc<dyn SampleSource> = match &self.data_sets {
             Some(data_sets) => data_sets.samples.clone(),
