@@ -10,7 +10,7 @@ use deepsft_geometry::{CompletionOptions, MapsCompletion, MeshRecovery, Template
 pub enum MeshChoice {
     /// No mesh: the network's own maps
     None,
-    /// Fit the template's mesh to the network's maps and to the image, keeping its lengths
+    /// Fit the template's mesh to the network's maps and to the image: a sheet keeps its lengths, a solid its shape
     Fit,
     /// Keep what the network sees and recover the hidden rest as rigidly as possible (ARAP)
     Complete,

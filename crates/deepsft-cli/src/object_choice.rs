@@ -134,10 +134,6 @@ impl ObjectChoice {
             let path = self.source.picture.as_ref().or(self.source.template.as_ref());
             let template = self.template()?;
             let name = path.map_or_else(String::new, |path| path.display().to_string());
-            if !template.is_sheet() {
-                let no_sheet = anyhow!("it is no flat sheet: only a network finds it (--model)");
-                return Err(no_sheet).blame("template", Path::new(&name));
-            }
             return Ok(ChosenTarget {
                 target: Target::from_template(template),
                 name,

@@ -1,11 +1,11 @@
-//! The feature finder: one printed picture in images.
+//! The feature finder: one printed picture, or the print of one solid, in images.
 
 use crate::consensus::groups;
 use crate::features::Features;
 use crate::grade::PictureGrade;
 use crate::guided_matching::{ImageEvidence, guided_matches};
 use crate::matching::{Match, matches};
-use crate::sheet_solver::SheetSolver;
+use crate::shape_solver::ShapeSolver;
 use crate::target::PictureTarget;
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::{Camera, GeometryError, TRAINING_FOCAL, Template};
@@ -13,7 +13,7 @@ use deepsft_geometry::{Camera, GeometryError, TRAINING_FOCAL, Template};
 /// Fewest matches that a mesh is fitted to.
 const FEWEST: usize = 6;
 
-/// Least that the best mesh explains ([`SheetSolver::explained`]) of an image's features for the search to go on to its last rounds.
+/// Least that the best mesh explains ([`ShapeSolver::explained`]) of an image's features for the search to go on to its last rounds.
 /// On 47 synthetic frames that were found it was 26 or more, on 50 without the print 15 or less. Matches that came from elsewhere
 /// alone are few and rough: they have no such bound. A bound on the groups' sizes loses frames: the right group may have seven
 /// matches.
@@ -44,37 +44,36 @@ const SEARCH_PX: [f64; 5] = [16.0, 16.0, 10.0, 6.0, 5.0];
 /// Standard deviation of matches, as a fraction of the distance within which they were looked for.
 const DEVIATION: f64 = 0.2;
 
-/// A sheet that was found, as its coarse mesh shows it.
+/// A template that was found: a sheet as its coarse mesh shows it, a solid in its rigid pose.
 #[derive(Clone, Debug)]
-pub struct FoundSheet {
-    /// Vertices of the template's mesh, camera frame, mm: the whole sheet, as if nothing hid it.
+pub struct FoundMesh {
+    /// Vertices of the template's mesh, camera frame, mm: all of it, as if nothing hid it.
     pub vertices_camera: Vec<DVec3>,
     /// The matches that it was fitted to last. Right ones and wrong ones: the mesh is robust.
     pub matches: Vec<Match>,
 }
 
-/// Finds one printed picture in images, by matches of features.
+/// Finds what is printed on one template in images, by matches of features.
 #[derive(Debug)]
 pub struct FeatureFinder {
     target: PictureTarget,
-    solver: SheetSolver,
+    solver: ShapeSolver,
 }
 
 impl FeatureFinder {
-    /// Prepares everything that does not depend on the image, for the picture on `template`, a sheet.
+    /// Prepares everything that does not depend on the image, for what is printed on `template`.
     ///
     /// # Errors
-    /// [`GeometryError::NotASheet`] for a template of another shape,
     /// [`TemplateError::PrintSize`](deepsft_geometry::TemplateError::PrintSize) when a side is shorter than 5 mm or longer than 20 m.
     pub fn new(template: Template) -> Result<Self, GeometryError> {
         let target = PictureTarget::new(template)?;
         Ok(Self {
-            solver: SheetSolver::new(&target.template)?,
+            solver: ShapeSolver::new(&target.template)?,
             target,
         })
     }
 
-    /// The sheet with the picture.
+    /// The template with the print.
     pub fn template(&self) -> &Template {
         &self.target.template
     }
@@ -89,7 +88,7 @@ impl FeatureFinder {
     ///
     /// # Errors
     /// [`GeometryError`] when the solver refuses its input.
-    pub fn find(&mut self, features: &Features, camera: &Camera) -> Result<Option<FoundSheet>, GeometryError> {
+    pub fn find(&mut self, features: &Features, camera: &Camera) -> Result<Option<FoundMesh>, GeometryError> {
         self.find_among(&matches(features, &self.target), features, camera)
     }
 
@@ -103,7 +102,7 @@ impl FeatureFinder {
         candidates: &[Match],
         features: &Features,
         camera: &Camera,
-    ) -> Result<Option<FoundSheet>, GeometryError> {
+    ) -> Result<Option<FoundMesh>, GeometryError> {
         let pixel = pixel(camera);
         let apart = NEIGHBOURS_PX.map(|distance| (distance * pixel) as f32);
         let seen = ImageEvidence {
@@ -131,14 +130,14 @@ impl FeatureFinder {
         };
         let mut last = Vec::new();
         for search in SEARCH_PX.map(|search| search * pixel) {
-            last = guided_matches(&seen, &self.target, (&self.solver.sheet.mesh, &vertices), search)?;
+            last = guided_matches(&seen, &self.target, (self.solver.mesh(), &vertices), search)?;
             if last.len() < FEWEST {
                 return Ok(None);
             }
             vertices = self.solver.bend(camera, &last, &vertices, DEVIATION * search, false)?;
         }
-        Ok(Some(FoundSheet {
-            vertices_camera: self.solver.to_template.apply(&vertices),
+        Ok(Some(FoundMesh {
+            vertices_camera: self.solver.template_vertices(vertices),
             matches: last,
         }))
     }
@@ -154,7 +153,7 @@ impl FeatureFinder {
         let pixel = pixel(camera);
         let deviation = FIRST_DEVIATION_PX * pixel;
         let vertices = self.solver.bend(camera, group, start, deviation, true)?;
-        let mesh = (&self.solver.sheet.mesh, &vertices[..]);
+        let mesh = (self.solver.mesh(), &vertices[..]);
         let near = guided_matches(seen, &self.target, mesh, SEARCH_PX[0] * pixel)?;
         if near.len() < FEWEST {
             return Ok(None);

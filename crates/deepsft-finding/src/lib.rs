@@ -24,10 +24,10 @@ mod guided_matching;
 mod hamming;
 mod matching;
 mod pyramid;
-mod sheet_solver;
+mod shape_solver;
 mod target;
 
 pub use features::Features;
-pub use finder::{FeatureFinder, FoundSheet};
+pub use finder::{FeatureFinder, FoundMesh};
 pub use grade::{GradeLevel, PictureGrade};
 pub use matching::Match;

@@ -9,13 +9,16 @@ use deepsft_geometry::{GeometryError, Picture, Template, TemplateError, luma};
 /// 960 columns sees it 35 cm away.
 const LONGEST_SIDE: usize = 640;
 
+/// The same of a solid.
+const SOLID_LONGEST_SIDE: usize = 1280;
+
 /// Side of the cells in which features are looked up by place, pixels of the picture that corners are taken from.
 const CELL_PX: f32 = 17.0;
 
 /// Shortest and longest side of a print, mm: a stamp is 20 mm wide, a banner 10 m. Beyond them a number has another unit.
 const SIDES_MM: [f64; 2] = [5.0, 20_000.0];
 
-/// A printed picture with its features, on a flat sheet of known size in mm.
+/// A printed picture with its features, on a flat sheet of known size in mm; or the texture of a solid, whose places are mm along it.
 #[derive(Debug)]
 pub(crate) struct PictureTarget {
     pub template: Template,
@@ -32,13 +35,8 @@ pub(crate) struct PictureTarget {
 }
 
 impl PictureTarget {
-    /// Prepares `template`, a sheet whose sides a print can have.
+    /// Prepares `template`, whose texture has sides that a print can have.
     pub fn new(template: Template) -> Result<Self, GeometryError> {
-        if !template.is_sheet() {
-            return Err(GeometryError::NotASheet {
-                operation: "finding by features",
-            });
-        }
         let [shortest, longest] = SIDES_MM;
         let size = template.size_mm();
         if size.min_element() < shortest || size.max_element() > longest {
@@ -50,9 +48,14 @@ impl PictureTarget {
             }
             .into());
         }
-        let picture = resized(template.texture(), LONGEST_SIDE);
+        // The texture of a solid has all of its sides, as fine as a sheet's.
+        let (longest_side, corners) = match template.is_sheet() {
+            true => (LONGEST_SIDE, 4000),
+            false => (SOLID_LONGEST_SIDE, 8000),
+        };
+        let picture = resized(template.texture(), longest_side);
         let options = FeatureOptions {
-            corners: 4000,
+            corners,
             levels: 10,
             threshold: 6,
         };

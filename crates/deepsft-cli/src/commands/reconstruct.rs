@@ -83,7 +83,7 @@ pub struct ReconstructArguments {
     /// Folder to write; results of the same images there are replaced
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// How to find the whole mesh [default: fit for sheets, none for other templates]
+    /// How to find the whole mesh [default: fit]
     #[arg(long, value_name = "HOW", value_enum)]
     mesh: Option<MeshChoice>,
     /// What computes: cpu, or webgpu if the program was built with it
@@ -133,11 +133,7 @@ pub fn run(arguments: &ReconstructArguments) -> Result<()> {
     let folders = folders(&arguments.out, &arguments.images)?;
     let camera = arguments.camera.as_deref().map(camera_choice::read).transpose()?;
     let ChosenTarget { target, name, device } = arguments.object.target(arguments.device)?;
-    let mesh = arguments.mesh.unwrap_or(if target.template().is_sheet() {
-        MeshChoice::Fit
-    } else {
-        MeshChoice::None
-    });
+    let mesh = arguments.mesh.unwrap_or(MeshChoice::Fit);
     if mesh != MeshChoice::Fit && target.network().is_none() {
         return Err(usage(
             "--mesh none and complete are about a network's maps: they need --model",
@@ -215,7 +211,7 @@ impl Object {
         };
         let template = self.finder.target().template();
         let asks_for_mesh = match &self.recovery {
-            None => template.is_sheet(),
+            None => true,
             Some(recovery) => recovery.is_some(),
         };
         // What was not found is shown as the finder saw it, and no mesh of it.

@@ -199,9 +199,7 @@ fn a_scan_goes_from_import_to_evaluation_without_touching_code() {
     deepsft(folder, &eval).succeeds();
     let figures: Value = serde_json::from_slice(&fs::read(folder.join("figures.json")).unwrap()).unwrap();
     assert_eq!(figures["frames"].as_u64(), Some(8));
-    let physics = deepsft(folder, &[&eval[..], &["--mesh", "fit"]].concat());
-    assert_ne!(physics.code, 0);
-    assert!(physics.stderr.contains("flat sheet"), "{}", physics.stderr);
+    deepsft(folder, &[&eval[..], &["--mesh", "fit"]].concat()).succeeds();
 }
 
 #[test]

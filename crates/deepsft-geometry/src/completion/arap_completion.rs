@@ -1,6 +1,5 @@
 //! The completion of one frame.
 
-use super::arap_cells::{ArapCells, Rotations};
 use super::components::Components;
 use super::options::CompletionOptions;
 use super::quasi_newton::{QuasiNewton, dot};
@@ -10,6 +9,7 @@ use super::stiffness::Stiffness;
 use super::visible_points::{VertexPoint, Visible};
 use crate::error::{GeometryError, check_start};
 use crate::mesh::{TriangleMesh, Welding};
+use crate::solver::arap_cells::{ArapCells, Rotations};
 use crate::solver::checked::{check_scale, check_weight};
 use crate::solver::mean_edge_length;
 use crate::template_error::TemplateError;
@@ -213,8 +213,7 @@ impl ArapCompletion {
             *gradient = weight * residual;
             energy.data += weight * residual.length_squared();
         }
-        self.prior
-            .add_gradient(&shape.vertices, rotations, &mut shape.gradient, &mut energy);
+        [energy.arap, energy.smoothness] = self.prior.add_gradient(&shape.vertices, rotations, &mut shape.gradient);
         shape.total = energy.data + self.prior.arap * energy.arap + self.prior.smoothness * energy.smoothness;
         shape.energy = energy;
     }

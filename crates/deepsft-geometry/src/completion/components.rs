@@ -1,7 +1,7 @@
 //! Connected components of a mesh, and what holds each in place.
 
-use super::arap_cells::ArapCells;
 use crate::mesh::{DisjointSets, RigidMotion};
+use crate::solver::arap_cells::ArapCells;
 use glam::DVec3;
 
 /// Which component each vertex belongs to.

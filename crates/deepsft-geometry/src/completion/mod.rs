@@ -1,6 +1,5 @@
 //! ARAP completion: the whole mesh from its visible vertices.
 
-mod arap_cells;
 mod arap_completion;
 mod components;
 mod maps_completion;

@@ -1,11 +1,11 @@
 //! A first guess of the rotations of hidden cells: those of the visible part, extended.
 
-use super::arap_cells::ArapCells;
 use super::components::Components;
 use super::stiffness::Stiffness;
 use super::visible_points::Visible;
 use crate::error::GeometryError;
 use crate::mesh::nearest_rotation;
+use crate::solver::arap_cells::ArapCells;
 use glam::{DMat3, DQuat, DVec3};
 
 /// Two rest edges span a plane when the square of the sine between them is above this: 6 degrees.

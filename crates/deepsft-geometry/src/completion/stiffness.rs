@@ -1,7 +1,7 @@
 //! The matrix of ARAP completion.
 
-use super::arap_cells::ArapCells;
 use crate::error::GeometryError;
+use crate::solver::arap_cells::ArapCells;
 use crate::solver::cholesky::SparseCholesky;
 use glam::DVec3;
 

@@ -112,7 +112,7 @@ impl CoarseFitter {
             Start::Mesh(vertices) => {
                 check_start(vertices, template.mesh().vertices().len())?;
                 let vertices = self.mesh_fitter.coarse_vertices(vertices);
-                let measured = measurements_of_mesh(&self.mesh_fitter.coarse.mesh, &vertices, camera);
+                let measured = measurements_of_mesh(&self.mesh_fitter.coarse().mesh, &vertices, camera);
                 (measured, Some(vertices), None)
             }
         };
@@ -138,7 +138,7 @@ impl CoarseFitter {
             registrations: self.options.continuation_registrations,
             ..self.worth()
         };
-        let coarse = &self.mesh_fitter.coarse;
+        let coarse = self.mesh_fitter.coarse();
         let (reprojection, depth) = self.measured_terms(coarse, &from.measured, camera, trust, |_| 1.0)?;
         self.continued(from, camera, &[&reprojection, &depth])
     }
@@ -152,7 +152,7 @@ impl CoarseFitter {
     ) -> Result<Vec<DVec3>, GeometryError> {
         let mesh = from.mesh.clone();
         let start = mesh.unwrap_or_else(|| self.aligned(&from.measured, camera));
-        let coarse = &mut self.mesh_fitter.coarse;
+        let coarse = self.mesh_fitter.coarse_mut();
         coarse.solve_by_continuation(terms, start, CONTINUATION_STEPS)
     }
 
@@ -166,7 +166,7 @@ impl CoarseFitter {
         blurs: &[f32],
     ) -> Result<Fitted, GeometryError> {
         let camera = observation.camera;
-        let coarse = &self.mesh_fitter.coarse;
+        let coarse = self.mesh_fitter.coarse();
         let (reprojection, depth) = self.measured_terms(coarse, &from.measured, camera, self.worth(), |_| 1.0)?;
         let priors: [&dyn Energy; 2] = [&reprojection, &depth];
         let start = self.initial_mesh(from, camera)?;
@@ -201,6 +201,10 @@ impl CoarseFitter {
         found: &Fitted,
         blurs: &[f32],
     ) -> Result<Option<Fitted>, GeometryError> {
+        // Of isometric sheets.
+        if !self.mesh_fitter.template.is_sheet() {
+            return Ok(None);
+        }
         let camera = observation.camera;
         let mut free = found.clone();
         for &blur in [FREE_BLUR_PX].iter().chain(blurs) {
@@ -212,7 +216,7 @@ impl CoarseFitter {
             };
             free = self.mesh_fitter.round(observation, &free.vertices, &round, &[])?;
         }
-        let coarse = &self.mesh_fitter.coarse;
+        let coarse = self.mesh_fitter.coarse();
         let depths = differential_depths(&coarse.mesh, &free.vertices, camera);
         let told = depths.into_iter().zip(&free.correlation.confidence);
         let measured: Vec<_> = told.filter_map(|(m, c)| m.filter(|_| *c >= TELLING)).collect();
@@ -221,12 +225,12 @@ impl CoarseFitter {
         }
         let (reprojection, depth) = self.measured_terms(coarse, &measured, camera, DIFFERENTIAL, |_| 1.0)?;
         let start = self.aligned(&measured, camera);
-        let coarse = &mut self.mesh_fitter.coarse;
+        let coarse = self.mesh_fitter.coarse_mut();
         let start = coarse.solve_by_continuation(&[&reprojection, &depth], start, CONTINUATION_STEPS)?;
         if found.distance(&start) < SAME_BEND * self.mesh_fitter.template.size_mm().max_element() {
             return Ok(None);
         }
-        let coarse = &self.mesh_fitter.coarse;
+        let coarse = self.mesh_fitter.coarse();
         let measured = measurements_of_mesh(&coarse.mesh, &start, camera);
         let (reprojection, depth) = self.measured_terms(coarse, &measured, camera, self.worth(), |_| 1.0)?;
         let fitted = self.fitted_from(observation, mask, start, blurs, &[&reprojection, &depth])?;
@@ -273,7 +277,7 @@ impl CoarseFitter {
         worth: Worth,
         hold: impl Fn(&SurfacePoint) -> f64,
     ) -> Result<(Reprojection, DepthPrior), GeometryError> {
-        let mesh = &isometric.mesh;
+        let mesh = isometric.welded();
         let located: Vec<(SurfacePoint, &Measurement)> = measured
             .iter()
             .filter_map(|m| Some((isometric.locator.locate(m.uv)?, m)))
@@ -306,7 +310,7 @@ impl CoarseFitter {
             Some((p_template, camera.unproject(m.pixel, m.depth_mm), 1.0))
         });
         let motion = RigidMotion::align(pairs, RigidMotion::IDENTITY);
-        let vertices = self.mesh_fitter.coarse.mesh.vertices().iter();
+        let vertices = self.mesh_fitter.coarse().mesh.vertices().iter();
         vertices.map(|&p| motion.apply(p)).collect()
     }
 

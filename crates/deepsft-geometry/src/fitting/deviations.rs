@@ -26,7 +26,7 @@ pub(super) fn deviations(
     let coarse = fitter.coarse_vertices(&surface.vertices_camera);
     let trust = surface.is_hidden.iter().map(|hidden| if *hidden { 0.0 } else { 1.0 });
     let trust: Vec<f32> = trust.collect();
-    let trust = (!trust.is_empty()).then(|| fitter.to_coarse.apply_scalars(&trust));
+    let trust = (!trust.is_empty()).then(|| fitter.coarse_scalars(&trust));
     let round = FitRound {
         resolution: Resolution::Coarse,
         trusted: trust.as_ref().map(|trust| (&trust[..], 0.5)),
@@ -40,5 +40,5 @@ pub(super) fn deviations(
         (VARIANCE * axis.dot(*covariance * axis)).sqrt() as f32
     };
     let coarse: Option<Vec<_>> = covariances.map(|covariances| covariances.iter().map(longest).collect());
-    Ok(coarse.map_or_else(Vec::new, |coarse| fitter.to_fine_linear.apply_scalars(&coarse)))
+    Ok(coarse.map_or_else(Vec::new, |coarse| fitter.fine_scalars(&coarse)))
 }

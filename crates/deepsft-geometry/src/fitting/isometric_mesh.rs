@@ -1,8 +1,9 @@
-//! A mesh of the sheet under isometry and bending.
+//! A template's mesh with what holds its shape: isometry and bending of a sheet, rigidity of a solid.
 
+use super::cage::{Cage, Embedded};
 use crate::error::GeometryError;
-use crate::mesh::{SurfaceLocator, TriangleMesh};
-use crate::solver::{Bending, Energy, Isometry, MeshSolver, Solution, SolveOptions};
+use crate::mesh::{SurfaceLocator, TriangleMesh, Welding};
+use crate::solver::{Bending, Energy, Isometry, MeshSolver, Rigidity, Solution, SolveOptions, mean_edge_length};
 use glam::{DMat3, DVec3};
 
 /// Fractions of the weight of isometry: of a sheet that stretches as the image wants it, of crumpled paper, whose cells shrink, of folded
@@ -26,23 +27,48 @@ impl Stiffness {
     }
 }
 
+/// Edges of a cage on which a solid's rigidity has the weight that is asked for.
+const RIGID_EDGES: f64 = 3000.0;
+
 /// First damping of the solver. Isometry is thousands of times as stiff as the image is: with the usual 1e-3 of the
 /// diagonal the sheet would hardly bend in the two steps that a frame of a video has.
 const FIRST_DAMPING: f64 = 1e-6;
 
-/// A mesh under isometry and bending, with everything that is solved on it and does not depend on the frame.
+/// A mesh under isometry and bending, or of a solid, with everything that is solved on it and does not depend on the frame.
 #[derive(Debug)]
 pub struct IsometricMesh {
-    /// The rest mesh.
+    /// The rest mesh. Vertices are those of this mesh everywhere; energy terms are made for those of
+    /// [`IsometricMesh::welded`].
     pub mesh: TriangleMesh,
+    /// Where the texture has seams: points that stand in the mesh several times and are solved once.
+    welding: Option<Welding>,
+    /// What moves the welded vertices of a solid.
+    cage: Option<Cage>,
     /// Finds its points by their texture position.
     pub locator: SurfaceLocator,
     /// Sides that are the border: two vertices, and the third of their face.
     pub(super) border: Vec<[usize; 3]>,
-    /// Stiffer from one to the next, the last with the whole weight.
-    isometry: Vec<Isometry>,
-    bending: Bending,
+    structure: Structure,
     solver: MeshSolver,
+}
+
+/// What holds the shape; stiffer from one to the next, the last with the whole weight.
+#[derive(Debug)]
+enum Structure {
+    Sheet(Vec<Isometry>, Bending),
+    Solid(Vec<Rigidity>),
+}
+
+impl Structure {
+    /// `terms` and those of the structure.
+    fn with<'a>(&'a self, Stiffness(stiffness): Stiffness, terms: &[&'a dyn Energy]) -> Vec<&'a dyn Energy> {
+        let mut all = terms.to_vec();
+        match self {
+            Self::Sheet(isometry, bending) => all.extend([&isometry[stiffness] as &dyn Energy, bending]),
+            Self::Solid(rigidity) => all.push(&rigidity[stiffness]),
+        }
+        all
+    }
 }
 
 impl IsometricMesh {
@@ -65,10 +91,54 @@ impl IsometricMesh {
             solver: MeshSolver::new(&mesh, &[&isometry[0], &bending])?,
             locator: SurfaceLocator::new(&mesh),
             border: mesh.border(),
+            welding: None,
+            cage: None,
             mesh,
-            isometry,
-            bending,
+            structure: Structure::Sheet(isometry, bending),
         })
+    }
+
+    /// Prepares the mesh of a template that is no sheet. `rigidity` is the weight on a cage of [`RIGID_EDGES`] edges: deforming
+    /// costs the same on finer ones.
+    ///
+    /// # Errors
+    /// [`GeometryError`] for a mesh without extent or a weight that is none.
+    pub(crate) fn solid(mesh: TriangleMesh, rigidity: f64) -> Result<Self, GeometryError> {
+        let welding = Welding::of(&mesh)?;
+        let cage = Cage::around(welding.mesh());
+        let weight = rigidity * RIGID_EDGES / cage.edges.len() as f64;
+        let of_stiffness = STIFFNESSES.map(|fraction| Rigidity::new(&cage.nodes, &cage.edges, fraction * weight));
+        let rigidity = of_stiffness.into_iter().collect::<Result<Vec<_>, _>>()?;
+        let (couplings, scale) = (cage.couplings(welding.mesh()), mean_edge_length(welding.mesh())?);
+        let solver = MeshSolver::of_pairs(cage.nodes.len(), couplings, scale)?;
+        Ok(Self {
+            solver,
+            cage: Some(cage),
+            locator: SurfaceLocator::new(&mesh),
+            // Where a surface of any shape ends is not looked for.
+            border: Vec::new(),
+            welding: Some(welding),
+            mesh,
+            structure: Structure::Solid(rigidity),
+        })
+    }
+
+    /// The mesh that is solved: its faces are those of [`IsometricMesh::mesh`], its seams are welded.
+    pub fn welded(&self) -> &TriangleMesh {
+        self.welding.as_ref().map_or(&self.mesh, Welding::mesh)
+    }
+
+    fn weld(&self, vertices: &[DVec3]) -> Vec<DVec3> {
+        self.welding
+            .as_ref()
+            .map_or_else(|| vertices.to_vec(), |welding| welding.weld(vertices))
+    }
+
+    fn split<T: Copy>(&self, welded: Vec<T>) -> Vec<T> {
+        match &self.welding {
+            Some(welding) => welding.split(&welded),
+            None => welded,
+        }
     }
 
     /// Minimises `terms`, isometry and bending from `start`. `halving`: as [`SolveOptions::halving`].
@@ -103,21 +173,33 @@ impl IsometricMesh {
         Ok(vertices)
     }
 
-    /// As [`MeshSolver::sensitivities`], with `terms`, isometry and bending.
+    /// As [`MeshSolver::sensitivities`], with `terms`, isometry and bending: of a sheet.
     pub(crate) fn sensitivities<const N: usize>(
         &mut self,
         terms: &[&dyn Energy],
         vertices: &[DVec3],
         right_hand_sides: &[Vec<DVec3>; N],
     ) -> Option<([Vec<DVec3>; N], Vec<DVec3>)> {
-        let all = with_structure(terms, &self.isometry[Stiffness::WHOLE.0], &self.bending);
+        let all = self.structure.with(Stiffness::WHOLE, terms);
         self.solver.sensitivities(&all, vertices, right_hand_sides)
     }
 
     /// As [`MeshSolver::covariances`], with `terms`, isometry and bending.
     pub(crate) fn covariances(&mut self, terms: &[&dyn Energy], vertices: &[DVec3]) -> Option<Vec<DMat3>> {
-        let all = with_structure(terms, &self.isometry[Stiffness::WHOLE.0], &self.bending);
-        self.solver.covariances(&all, vertices)
+        let welded = self.weld(vertices);
+        let covariances = match &self.cage {
+            Some(cage) => {
+                let embedded: Vec<_> = terms.iter().map(|&term| Embedded { term, cage }).collect();
+                let terms: Vec<&dyn Energy> = embedded.iter().map(|term| term as &dyn Energy).collect();
+                let all = self.structure.with(Stiffness::WHOLE, &terms);
+                let of_nodes = self.solver.covariances(&all, &cage.nodes_of(&welded))?;
+                cage.interpolated(&of_nodes)
+            }
+            None => self
+                .solver
+                .covariances(&self.structure.with(Stiffness::WHOLE, terms), &welded)?,
+        };
+        Some(self.split(covariances))
     }
 
     /// As [`IsometricMesh::solve`], with this stiffness.
@@ -136,11 +218,22 @@ impl IsometricMesh {
             first_damping: FIRST_DAMPING,
             halving,
         };
-        let all = with_structure(terms, &self.isometry[stiffness.0], &self.bending);
-        self.solver.solve(&all, start, &options)
+        let start = self.weld(start);
+        let mut solution = match &self.cage {
+            Some(cage) => {
+                let embedded: Vec<_> = terms.iter().map(|&term| Embedded { term, cage }).collect();
+                let terms: Vec<&dyn Energy> = embedded.iter().map(|term| term as &dyn Energy).collect();
+                let all = self.structure.with(stiffness, &terms);
+                self.solver.solve(&all, &cage.nodes_of(&start), &options)?
+            }
+            None => self
+                .solver
+                .solve(&self.structure.with(stiffness, terms), &start, &options)?,
+        };
+        if let Some(cage) = &mut self.cage {
+            solution.vertices = cage.take(solution.vertices);
+        }
+        solution.vertices = self.split(solution.vertices);
+        Ok(solution)
     }
-}
-
-fn with_structure<'a>(terms: &[&'a dyn Energy], isometry: &'a Isometry, bending: &'a Bending) -> Vec<&'a dyn Energy> {
-    [terms, &[isometry, bending]].concat()
 }

@@ -32,13 +32,19 @@ pub(crate) struct MeshFitter {
     pub(crate) print: Print,
     /// The template's own mesh.
     pub(crate) fine: IsometricMesh,
-    /// One with fewer vertices, several times quicker to solve.
-    pub(crate) coarse: IsometricMesh,
-    to_fine: GridInterpolation,
-    pub(super) to_fine_linear: GridInterpolation,
-    pub(super) to_coarse: GridInterpolation,
+    /// Of a sheet one with fewer vertices, several times quicker to solve.
+    coarser: Option<CoarserMesh>,
     photo_consistency: f64,
     robust: Robust,
+}
+
+/// A sheet's mesh with fewer vertices.
+#[derive(Debug)]
+struct CoarserMesh {
+    mesh: IsometricMesh,
+    to_fine: GridInterpolation,
+    to_fine_linear: GridInterpolation,
+    to_coarse: GridInterpolation,
 }
 
 /// Which mesh.
@@ -168,40 +174,71 @@ pub(crate) fn check_blurs(blurs: &[f32]) -> Result<(), GeometryError> {
 }
 
 impl MeshFitter {
-    /// Prepares for a sheet; [`GeometryError::NotASheet`] for a template of another shape.
+    /// Prepares for a template of any shape.
     pub(crate) fn new(template: &Template, options: &FitOptions) -> Result<Self, GeometryError> {
-        template.grid().ok_or(GeometryError::NotASheet {
-            operation: "fitting or tracking a mesh",
-        })?;
-        let fine = template.mesh();
-        let coarse = template.coarser(COARSE_CELLS)?;
-        let isometric = |mesh: &TriangleMesh| IsometricMesh::new(mesh.clone(), fine, options.isometry, options.bending);
+        let mesh = template.mesh();
+        let isometric = |own: &TriangleMesh| IsometricMesh::new(own.clone(), mesh, options.isometry, options.bending);
+        let (fine, coarser) = if template.is_sheet() {
+            let coarse = template.coarser(COARSE_CELLS)?;
+            let coarser = CoarserMesh {
+                mesh: isometric(coarse.mesh())?,
+                to_fine: GridInterpolation::cubic(&coarse, mesh)?,
+                to_fine_linear: GridInterpolation::linear(&coarse, mesh)?,
+                to_coarse: GridInterpolation::cubic(template, coarse.mesh())?,
+            };
+            (isometric(mesh)?, Some(coarser))
+        } else {
+            (IsometricMesh::solid(mesh.clone(), options.rigidity)?, None)
+        };
         Ok(Self {
             print: Print::of(template),
-            fine: isometric(fine)?,
-            coarse: isometric(coarse.mesh())?,
-            to_fine: GridInterpolation::cubic(&coarse, fine)?,
-            to_fine_linear: GridInterpolation::linear(&coarse, fine)?,
-            to_coarse: GridInterpolation::cubic(template, coarse.mesh())?,
+            fine,
+            coarser,
             template: template.clone(),
             photo_consistency: options.photo_consistency,
             robust: Robust::Cauchy(options.photo_consistency_scale),
         })
     }
 
+    /// The mesh that is quickest to solve: of a template that is no sheet the only one.
+    pub(crate) fn coarse(&self) -> &IsometricMesh {
+        self.coarser.as_ref().map_or(&self.fine, |coarser| &coarser.mesh)
+    }
+
+    /// The same, to be solved.
+    pub(crate) fn coarse_mut(&mut self) -> &mut IsometricMesh {
+        self.coarser
+            .as_mut()
+            .map_or(&mut self.fine, |coarser| &mut coarser.mesh)
+    }
+
     /// The coarse mesh's vertices as the fine mesh's: smooth between them.
     pub(crate) fn fine_vertices(&self, coarse: &[DVec3]) -> Vec<DVec3> {
-        self.to_fine.apply(coarse)
+        let to_fine = |coarser: &CoarserMesh| coarser.to_fine.apply(coarse);
+        self.coarser.as_ref().map_or_else(|| coarse.to_vec(), to_fine)
     }
 
     /// The fine mesh's vertices as the coarse mesh's.
     pub(crate) fn coarse_vertices(&self, fine: &[DVec3]) -> Vec<DVec3> {
-        self.to_coarse.apply(fine)
+        let to_coarse = |coarser: &CoarserMesh| coarser.to_coarse.apply(fine);
+        self.coarser.as_ref().map_or_else(|| fine.to_vec(), to_coarse)
+    }
+
+    /// A number of each vertex of the fine mesh as one of each of the coarse mesh.
+    pub(crate) fn coarse_scalars(&self, fine: &[f32]) -> Vec<f32> {
+        let to_coarse = |coarser: &CoarserMesh| coarser.to_coarse.apply_scalars(fine);
+        self.coarser.as_ref().map_or_else(|| fine.to_vec(), to_coarse)
+    }
+
+    /// A number of each vertex of the coarse mesh as one of each of the fine mesh.
+    pub(crate) fn fine_scalars(&self, coarse: &[f32]) -> Vec<f32> {
+        let to_fine = |coarser: &CoarserMesh| coarser.to_fine_linear.apply_scalars(coarse);
+        self.coarser.as_ref().map_or_else(|| coarse.to_vec(), to_fine)
     }
 
     /// Confidences of the coarse mesh's vertices as the fine mesh's.
     pub(crate) fn fine_confidence(&self, coarse: &[f32]) -> Vec<f32> {
-        let mut fine = self.to_fine_linear.apply_scalars(coarse);
+        let mut fine = self.fine_scalars(coarse);
         // Rounding may have left the range.
         fine.iter_mut()
             .for_each(|confidence| *confidence = confidence.clamp(0.0, 1.0));
@@ -232,8 +269,11 @@ impl MeshFitter {
     ) -> Result<(Fitted, T), GeometryError> {
         let (print, robust) = (&self.print, self.robust);
         let isometric = match round.resolution {
+            Resolution::Coarse => self
+                .coarser
+                .as_mut()
+                .map_or(&mut self.fine, |coarser| &mut coarser.mesh),
             Resolution::Fine => &mut self.fine,
-            Resolution::Coarse => &mut self.coarse,
         };
         let surface = VisibleSurface::new(&isometric.mesh, start, camera);
         let shown = Region::shown(grey);
@@ -263,7 +303,7 @@ impl MeshFitter {
             vertices = vertices.into_iter().map(motion).collect();
         }
         let weight = self.photo_consistency * round.detail.powi(2) / holding.len().max(1) as f64;
-        let photo_consistency = PhotoConsistency::new(&isometric.mesh, camera, &image, &holding, weight, robust)?;
+        let photo_consistency = PhotoConsistency::new(isometric.welded(), camera, &image, &holding, weight, robust)?;
         let mut terms: Vec<&dyn Energy> = vec![&photo_consistency];
         let border = round
             .border

@@ -15,6 +15,7 @@
 //! 7. The verdict: how far the image shows the print where the mesh puts it.
 
 mod border;
+mod cage;
 mod close_up;
 mod coarse_fitter;
 mod correlation;

@@ -18,6 +18,8 @@ pub struct FitOptions {
     pub isometry: f64,
     /// Weight of bending.
     pub bending: f64,
+    /// Weight of rigidity, of a template that is no sheet.
+    pub rigidity: f64,
     /// How many independent measurements the photo-consistency points of a frame are worth.
     pub photo_consistency: f64,
     /// Scale of the robust photo-consistency term, local deviations.
@@ -38,6 +40,7 @@ impl Default for FitOptions {
             continuation_registrations: 100.0,
             isometry: 1e4,
             bending: 1.0,
+            rigidity: 10.0,
             photo_consistency: 2000.0,
             photo_consistency_scale: 0.8,
             blurs: vec![3.0, 1.2, 0.7],

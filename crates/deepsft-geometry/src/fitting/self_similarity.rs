@@ -190,6 +190,9 @@ pub(crate) fn is_alike_in_detail(template: &Template, similarities: &[SelfSimila
 
 /// How the print of `template` looks like itself elsewhere: the shortest shifts, and the best of each turn.
 pub(crate) fn self_similarities(template: &Template) -> Vec<SelfSimilarity> {
+    if !template.is_sheet() {
+        return Vec::new();
+    }
     let print = SmallPrint::of(template, LONG_SIDE);
     let pixels = DVec2::new(print.width as f64, print.height as f64);
     let aspect = template.size_mm().y / template.size_mm().x;

@@ -155,10 +155,13 @@ impl MeshSolver {
                 }
             });
         }
-        Ok(Self {
-            equations: NormalEquations::new(template.vertices().len(), pairs)?,
-            scale: mean_edge_length(template)?,
-        })
+        Self::of_pairs(template.vertices().len(), pairs, mean_edge_length(template)?)
+    }
+
+    /// Prepares for points of which residuals couple `pairs`. `scale` is a length beside which a step is short.
+    pub(crate) fn of_pairs(points: usize, pairs: Vec<[usize; 2]>, scale: f64) -> Result<Self, GeometryError> {
+        let equations = NormalEquations::new(points, pairs)?;
+        Ok(Self { equations, scale })
     }
 
     /// Minimises the sum of `terms` from `start`, one position a vertex. That is the rest shape moved to where the

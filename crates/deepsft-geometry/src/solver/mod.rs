@@ -14,6 +14,7 @@
 //! Nothing depends on the unit of length: a template in metres and one in millimetres give the same
 //! shape with the same weights. From 3D points and ARAP alone [`ArapCompletion`](crate::ArapCompletion) completes a mesh.
 
+pub(crate) mod arap_cells;
 pub(crate) mod checked;
 pub(crate) mod cholesky;
 mod energy;
@@ -27,4 +28,5 @@ pub use crate::mesh::SurfacePoint;
 pub use energy::{Energy, ResidualSink, Robust};
 pub use mean_edge_length::mean_edge_length;
 pub use mesh_solver::{MeshSolver, Solution, SolveOptions};
+pub(crate) use terms::Rigidity;
 pub use terms::{Bending, DepthPrior, ImagePoint, Isometry, PhotoConsistency, PointDepth, Reprojection, TexturePoint};

@@ -1,6 +1,9 @@
 //! Solver, completion, fit and tracker on shapes and videos whose answer is known.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+#[path = "../common/printed_box.rs"]
+mod printed_box;
+
 mod arap_completion;
 mod fitting;
 mod maps_completion;
@@ -8,5 +11,6 @@ mod mesh_solver;
 mod seams;
 mod shapes;
 mod sheet;
+mod solid_fit;
 mod terms;
 mod tracking;

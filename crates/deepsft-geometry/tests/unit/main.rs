@@ -1,6 +1,9 @@
 //! One module for each file of the crate whose public items it tests.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+#[path = "../common/printed_box.rs"]
+mod printed_box;
+
 mod canonical;
 mod canonical_views;
 mod color_response;

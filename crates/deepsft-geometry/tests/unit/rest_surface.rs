@@ -1,11 +1,9 @@
 //! Rest positions of a box: each side is a chart of its own.
 
+use crate::printed_box::{SIDES, on_side, printed_box};
 use deepsft_geometry::glam::{DVec2, DVec3};
 use deepsft_geometry::metrics::frame_metrics;
-use deepsft_geometry::{Maps, Picture, RestSurface, Template, TriangleMesh, training_camera};
-
-/// Sides of the box, mm.
-const SIDES: DVec3 = DVec3::new(60.0, 100.0, 40.0);
+use deepsft_geometry::{Maps, Picture, RestSurface, Template, training_camera};
 
 /// Numbers in 0..1 without a pattern.
 struct Numbers(u64);
@@ -24,38 +22,8 @@ impl Numbers {
     }
 }
 
-/// Side `k` at (s, t) in the unit square: its point of the unit cube and its place in the texture, a tile of 3 x 2.
-fn on_side(k: usize, at: DVec2) -> (DVec3, DVec2) {
-    let (axis, end) = (k / 2, (k % 2) as f64);
-    let mut point = [0.0; 3];
-    (point[axis], point[(axis + 1) % 3], point[(axis + 2) % 3]) = (end, at.x, at.y);
-    // Seen from outside, opposite sides run opposite ways.
-    let place = if k.is_multiple_of(2) {
-        DVec2::new(at.y, at.x)
-    } else {
-        at
-    };
-    let tile = DVec2::new((k % 3) as f64, (k / 3) as f64);
-    (point.into(), (place * 0.9 + 0.05 + tile) / DVec2::new(3.0, 2.0))
-}
-
 fn box_template() -> Template {
-    let (mut vertices, mut texture_coordinates, mut faces) = (Vec::new(), Vec::new(), Vec::new());
-    for k in 0..6 {
-        let first = vertices.len();
-        for corner in [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y] {
-            let (point, uv) = on_side(k, corner);
-            vertices.push((point - 0.5) * SIDES);
-            texture_coordinates.push(uv);
-        }
-        let [a, b, c, d] = [0, 1, 2, 3].map(|i| first + i);
-        match k % 2 {
-            0 => faces.extend([[a, c, b], [a, d, c]]),
-            _ => faces.extend([[a, b, c], [a, c, d]]),
-        }
-    }
-    let mesh = TriangleMesh::new(vertices, texture_coordinates, faces).unwrap();
-    Template::of_mesh(mesh, Picture::from_fn(30, 20, |_, _| [0; 3])).unwrap()
+    printed_box(1, Picture::from_fn(30, 20, |_, _| [0; 3]))
 }
 
 /// The rest position of a point of the unit cube whose sides are the box's: the longest is 1.

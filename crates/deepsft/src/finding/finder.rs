@@ -62,18 +62,15 @@ impl DescriptorFinder {
 }
 
 impl Finder {
-    /// The finders that `target` can have, in the order in which they are asked: its network, and features for a sheet.
+    /// The finders that `target` can have, in the order in which they are asked: its network, and features.
     ///
     /// # Errors
-    /// [`GeometryError::NotASheet`](deepsft_geometry::GeometryError::NotASheet) for a template that is no sheet and has no network: nothing
-    /// could find it. [`TemplateError::PrintSize`](deepsft_geometry::TemplateError::PrintSize) for a print of under 5 mm or over 20 m.
+    /// [`TemplateError::PrintSize`](deepsft_geometry::TemplateError::PrintSize) for a print of under 5 mm or over 20 m.
     pub fn all(target: &Target) -> Result<Vec<Self>, DeepSftError> {
         let network = target.network().cloned();
         let mut finders: Vec<Self> = network.map(Box::new).map(Self::Network).into_iter().collect();
-        if target.template().is_sheet() || finders.is_empty() {
-            let features = FeatureFinder::new(target.template().clone())?;
-            finders.push(Self::Features(Box::new(features)));
-        }
+        let features = FeatureFinder::new(target.template().clone())?;
+        finders.push(Self::Features(Box::new(features)));
         Ok(finders)
     }
 

@@ -71,10 +71,11 @@ impl TargetFinder {
         &self.target
     }
 
-    /// Grades how well features find the target's picture; `None` where none of the finders uses them. Takes up to 50 ms.
+    /// Grades how well features find the target's picture; `None` for a solid, and where none of the finders uses them. Takes up to
+    /// 50 ms.
     pub fn grade(&self) -> Option<PictureGrade> {
         self.finders.iter().find_map(|finder| match finder {
-            Finder::Features(features) => Some(features.grade()),
+            Finder::Features(features) if self.target.template().is_sheet() => Some(features.grade()),
             _ => None,
         })
     }
@@ -90,7 +91,7 @@ impl TargetFinder {
     /// own, before any fit; it has none where its maps show too little of the mesh.
     ///
     /// # Errors
-    /// As [`Finder::find`], and [`GeometryError::NotASheet`](deepsft_geometry::GeometryError::NotASheet) for a template of another shape.
+    /// As [`Finder::find`].
     pub async fn find(
         &mut self,
         view: &mut View<'_>,
@@ -200,7 +201,8 @@ impl TargetFinder {
         })
     }
 
-    /// The estimate from what a finder sees: of a sheet the fit to the image and its verdict, else the network's own.
+    /// The estimate from what a finder sees: the fit to the image and its verdict. Of a solid whose fit the image does not confirm it is
+    /// what the network says, with its own judgement.
     fn judged(
         &mut self,
         view: &mut View<'_>,
@@ -209,10 +211,9 @@ impl TargetFinder {
         start: Start,
     ) -> Result<Estimate, DeepSftError> {
         let canonical = view.canonical(camera)?;
-        let surface = match self.target.template().is_sheet() {
-            true => self.fitter()?.fit(canonical, camera, &start)?,
-            false => None,
-        };
+        let fitted = self.fitter()?.fit(canonical, camera, &start)?;
+        let is_sheet = self.target.template().is_sheet();
+        let surface = fitted.filter(|surface| is_sheet || surface.verdict.is_found());
         let mesh = self.target.template().mesh();
         let drawn = surface.as_ref().map(|surface| surface.maps(mesh));
         let maps = match (drawn, start) {
@@ -223,7 +224,7 @@ impl TargetFinder {
         };
         let judgement = match (&surface, self.target.network()) {
             (Some(surface), _) => Judgement::of_surface(surface, &maps),
-            (None, Some(network)) if !self.target.template().is_sheet() => network.judge(canonical, &maps)?,
+            (None, Some(network)) if !is_sheet => network.judge(canonical, &maps)?,
             (None, _) => Judgement::default(),
         };
         Ok(Estimate {

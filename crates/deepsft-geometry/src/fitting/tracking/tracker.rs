@@ -214,7 +214,7 @@ impl Tracker {
         let Some(mesh) = &frame.mesh else {
             return false;
         };
-        let coarse = &self.fitter.mesh_fitter.coarse;
+        let coarse = self.fitter.mesh_fitter.coarse();
         let distance = |m: &Measurement| {
             let point = coarse.locator.locate(m.uv)?;
             let position = point.position(coarse.mesh.faces(), &mesh.vertices);
@@ -290,7 +290,7 @@ impl Tracker {
     fn shifted(&mut self, index: usize, vertices: &[DVec3]) -> Vec<DVec3> {
         let RememberedFrame { camera, image, .. } = &self.frames[index];
         let fit = &mut self.fitter.mesh_fitter;
-        let surface = VisibleSurface::new(&fit.coarse.mesh, vertices, camera);
+        let surface = VisibleSurface::new(&fit.coarse().mesh, vertices, camera);
         let grey = &image.0.whole;
         let drawing = Drawing::new(&fit.print, &surface, (&Region::shown(grey), None), (0, MARGIN_PX), None);
         // In the whole image.

@@ -1,8 +1,7 @@
 //! As-rigid-as-possible cells of a template.
 
-use super::report::CompletionEnergy;
+use super::terms::cotangent;
 use crate::mesh::{TriangleMesh, nearest_rotation};
-use crate::solver::terms::cotangent;
 use glam::{DMat3, DQuat, DVec3};
 use std::ops::Range;
 
@@ -23,24 +22,24 @@ const WEIGHT_BOUNDS: [f64; 2] = [1e-4, 1e2];
 ///
 /// The rotations R_i are the best for the weighted sum of both, so the gradient below is exact.
 #[derive(Clone, Debug)]
-pub(super) struct ArapCells {
+pub(crate) struct ArapCells {
     /// Neighbours of vertex i: `neighbours[starts[i]..starts[i + 1]]`.
     starts: Vec<usize>,
     neighbours: Vec<usize>,
     weights: Vec<f64>,
     rest: Vec<DVec3>,
     /// d_i: the sum of a vertex's weights.
-    pub(super) degrees: Vec<f64>,
+    pub(crate) degrees: Vec<f64>,
     /// Sum of w_ij q_ij over j.
     rest_sums: Vec<DVec3>,
     /// Most neighbours of a vertex.
     max_neighbours: usize,
-    pub(super) arap: f64,
-    pub(super) smoothness: f64,
+    pub(crate) arap: f64,
+    pub(crate) smoothness: f64,
 }
 
 /// Where the cells' rotations come from.
-pub(super) enum Rotations<'a> {
+pub(crate) enum Rotations<'a> {
     /// The best, searched from the cell before, and left here, one per vertex.
     First(&'a mut [DQuat]),
     /// The best, searched from these, one per vertex, which are left with them.
@@ -51,7 +50,7 @@ pub(super) enum Rotations<'a> {
 
 impl ArapCells {
     /// For the edges of `template` with weights `arap` and `smoothness` of the two energies.
-    pub(super) fn new(template: &TriangleMesh, arap: f64, smoothness: f64) -> Self {
+    pub(crate) fn new(template: &TriangleMesh, arap: f64, smoothness: f64) -> Self {
         let v = template.vertices();
         let mut half_edges: Vec<([usize; 2], f64)> = Vec::with_capacity(6 * template.faces().len());
         for &[a, b, c] in template.faces() {
@@ -61,6 +60,24 @@ impl ArapCells {
             }
         }
         half_edges.retain(|([i, j], _)| i != j);
+        Self::of_half_edges(v, half_edges, arap, smoothness)
+    }
+
+    /// For `edges` between `points`, all of one weight for a unit of squared length.
+    pub(crate) fn of_edges(points: &[DVec3], edges: &[[usize; 2]], arap: f64) -> Self {
+        let mean = edges
+            .iter()
+            .map(|[a, b]| points[*a].distance_squared(points[*b]))
+            .sum::<f64>()
+            / edges.len() as f64;
+        let weighed = edges.iter().flat_map(|&[a, b]| {
+            let weight = mean / points[a].distance_squared(points[b]);
+            [([a, b], weight), ([b, a], weight)]
+        });
+        Self::of_half_edges(points, weighed.collect(), arap, 0.0)
+    }
+
+    fn of_half_edges(v: &[DVec3], mut half_edges: Vec<([usize; 2], f64)>, arap: f64, smoothness: f64) -> Self {
         half_edges.sort_unstable_by_key(|h| h.0);
         let (mut from, mut neighbours, mut weights, mut rest) = (vec![], vec![], vec![], vec![]);
         for same in half_edges.chunk_by(|a, b| a.0 == b.0) {
@@ -94,12 +111,12 @@ impl ArapCells {
         }
     }
 
-    pub(super) fn vertices(&self) -> usize {
+    pub(crate) fn vertices(&self) -> usize {
         self.degrees.len()
     }
 
     /// Neighbours of a vertex, the weights of the edges to them, and the rest edges q_ij.
-    pub(super) fn edges(&self, i: usize) -> impl Iterator<Item = (usize, f64, DVec3)> + '_ {
+    pub(crate) fn edges(&self, i: usize) -> impl Iterator<Item = (usize, f64, DVec3)> + '_ {
         let edges = self.starts[i]..self.starts[i + 1];
         edges.map(|k| (self.neighbours[k], self.weights[k], self.rest[k]))
     }
@@ -121,14 +138,27 @@ impl ArapCells {
         nearest_rotation(covariance, guess)
     }
 
-    /// Adds half the gradient of arap E_arap + smoothness E_smooth to `gradient` and the energies, without their weights, to `energy`.
-    pub(super) fn add_gradient(
+    /// The best rotation of each cell.
+    pub(crate) fn rotations(&self, vertices: &[DVec3]) -> Vec<DQuat> {
+        let mut rotation = DQuat::IDENTITY;
+        let of_cell = |(i, vertex): (usize, &DVec3)| {
+            let cell = self.starts[i]..self.starts[i + 1];
+            let edges = self.neighbours[cell.clone()].iter().map(|&j| *vertex - vertices[j]);
+            let edges: Vec<DVec3> = edges.collect();
+            rotation = self.rotation(i, &self.weights[cell.clone()], &edges, &self.rest[cell], rotation);
+            rotation
+        };
+        vertices.iter().enumerate().map(of_cell).collect()
+    }
+
+    /// Adds half the gradient of arap E_arap + smoothness E_smooth to `gradient`. Returns both energies without their weights.
+    pub(crate) fn add_gradient(
         &self,
         vertices: &[DVec3],
         mut rotations: Rotations<'_>,
         gradient: &mut [DVec3],
-        energy: &mut CompletionEnergy,
-    ) {
+    ) -> [f64; 2] {
+        let (mut arap, mut smoothness) = (0.0, 0.0);
         let mut buffer = vec![DVec3::ZERO; self.max_neighbours];
         let mut rotation = DQuat::IDENTITY;
         for (i, &vertex) in vertices.iter().enumerate() {
@@ -152,12 +182,12 @@ impl ArapCells {
             let mut sum = DVec3::ZERO;
             for ((edge, q), &weight) in edges.iter_mut().zip(rest).zip(weights) {
                 *edge -= matrix * *q;
-                energy.arap += weight * edge.length_squared();
+                arap += weight * edge.length_squared();
                 sum += weight * *edge;
             }
             let mut mean = DVec3::ZERO;
             if self.degrees[i] > 0.0 {
-                energy.smoothness += sum.length_squared() / self.degrees[i];
+                smoothness += sum.length_squared() / self.degrees[i];
                 mean = sum * (self.smoothness / self.degrees[i]);
             }
             let mut pulls = DVec3::ZERO;
@@ -168,5 +198,6 @@ impl ArapCells {
             }
             gradient[i] += pulls;
         }
+        [arap, smoothness]
     }
 }

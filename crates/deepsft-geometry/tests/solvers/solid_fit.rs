@@ -1,0 +1,123 @@
+//! Fit and tracker of a solid: a box that is bent and turned.
+
+use crate::printed_box::printed_box;
+use deepsft_geometry::fitting::{FitOptions, FrameFitter, Start};
+use deepsft_geometry::glam::{DQuat, DVec3};
+use deepsft_geometry::metrics::{FrameMetrics, frame_metrics};
+use deepsft_geometry::raster::VisibleSurface;
+use deepsft_geometry::tracking::{TrackUpdate, Tracker, TrackerImage, TrackingOptions};
+use deepsft_geometry::{Camera, Maps, Picture, Template, draw_template, training_camera};
+
+/// Large and small blocks of greys without a pattern.
+fn print() -> Picture {
+    let grey = |x: usize, y: usize, seed: usize| (((x * 7919 + y * 104_729 + seed) * 2_654_435_761) >> 9) % 256;
+    Picture::from_fn(900, 600, |x, y| {
+        [((grey(x / 40, y / 40, 1) * 2 + grey(x / 12, y / 12, 5)) / 3) as u8; 3]
+    })
+}
+
+/// The box bent about its z axis, each fibre along y to an arc; `radius` to the middle, mm.
+fn bent(p: DVec3, radius: f64) -> DVec3 {
+    let (s, c) = (p.y / radius).sin_cos();
+    DVec3::new((radius + p.x) * c - radius, (radius + p.x) * s, p.z)
+}
+
+/// The box in front of the camera.
+struct Scene {
+    template: Template,
+    camera: Camera,
+}
+
+impl Scene {
+    fn new() -> Self {
+        Self {
+            template: printed_box(10, print()),
+            camera: training_camera(),
+        }
+    }
+
+    /// The vertices of the box, bent to `radius`, turned by `turn` (radians) about its own axis and tilted, `away` from the camera.
+    fn vertices(&self, radius: f64, [turn, tilt]: [f64; 2], away: DVec3) -> Vec<DVec3> {
+        let rotation = DQuat::from_rotation_x(tilt) * DQuat::from_rotation_y(turn);
+        let rest = self.template.mesh().vertices().iter();
+        rest.map(|&p| rotation * bent(p, radius) + away).collect()
+    }
+
+    fn maps(&self, vertices: &[DVec3]) -> Maps {
+        VisibleSurface::new(self.template.mesh(), vertices, &self.camera).maps()
+    }
+
+    fn picture(&self, maps: &Maps) -> Picture {
+        let drawn = draw_template(self.template.texture(), maps);
+        Picture::from_fn(480, 270, |x, y| match maps.inside(y * 480 + x) {
+            true => drawn.pixel(x, y),
+            false => [(120 + (x * 31 + y * 17) % 23) as u8; 3],
+        })
+    }
+
+    fn errors(&self, maps: &Maps, truth: &Maps) -> FrameMetrics {
+        frame_metrics(maps, truth, &self.camera, &self.template).unwrap()
+    }
+}
+
+const AWAY: DVec3 = DVec3::new(0.0, 0.0, 330.0);
+
+#[test]
+fn a_bent_box_is_fitted_from_a_rigid_one_that_is_off_and_its_hidden_sides_follow() {
+    let scene = Scene::new();
+    let truth = scene.vertices(500.0, [0.7, -0.5], AWAY);
+    let start = scene.vertices(1e6, [0.74, -0.46], AWAY + DVec3::new(3.0, -2.0, 6.0));
+    let (true_maps, start_maps) = (scene.maps(&truth), scene.maps(&start));
+    let image = scene.picture(&true_maps);
+    let mut fitter = FrameFitter::new(&scene.template, FitOptions::default()).unwrap();
+    let from = Start::Maps(start_maps.clone());
+    let surface = fitter.fit(&image, &scene.camera, &from).unwrap().unwrap();
+    let [before, after] = [start_maps, surface.maps(scene.template.mesh())].map(|maps| scene.errors(&maps, &true_maps));
+    let [before_px, after_px] = [before, after].map(|errors| errors.registration_rmse_px.unwrap());
+    assert!(before_px > 4.0 && after_px < 0.5, "{before_px} -> {after_px} px");
+    let [before_mm, after_mm] = [before, after].map(|errors| errors.points_rmse_mm.unwrap());
+    assert!(before_mm > 7.0 && after_mm < 2.5, "{before_mm} -> {after_mm} mm");
+    assert!(
+        surface.verdict.is_found() && surface.verdict.correlation > 0.9,
+        "{:?}",
+        surface.verdict
+    );
+    // Three of the six sides are hidden.
+    let mut off: Vec<f64> = (surface.vertices_camera.iter().zip(&truth))
+        .map(|(a, b)| a.distance(*b))
+        .collect();
+    off.sort_by(f64::total_cmp);
+    assert!(off[off.len() / 2] < 2.0 && off[off.len() * 9 / 10] < 6.0, "{off:?}");
+    // Points on an edge stand there once for each side, and stay together.
+    let rest = scene.template.mesh().vertices();
+    for i in 0..rest.len() {
+        for j in 0..i {
+            let together = surface.vertices_camera[i] == surface.vertices_camera[j];
+            assert_eq!(rest[i] == rest[j], together, "{i} and {j}");
+        }
+    }
+}
+
+#[test]
+fn a_box_is_followed_while_its_sides_come_into_view_and_leave() {
+    let scene = Scene::new();
+    let mut tracker = Tracker::new(&scene.template, TrackingOptions::default()).unwrap();
+    let mut worst: f64 = 0.0;
+    // Once all around.
+    for frame in 0..126 {
+        let (turn, time_s) = (0.05 * frame as f64, frame as f64 / 30.0);
+        let bend = 600.0 + 200.0 * (0.2 * frame as f64).cos();
+        let truth = scene.vertices(bend, [turn, -0.4], AWAY);
+        let maps = scene.maps(&truth);
+        let picture = TrackerImage::of(&scene.picture(&maps));
+        let tracked = tracker.follow(frame, time_s, &picture, &scene.camera).unwrap();
+        if frame == 0 {
+            assert_eq!(tracker.update(0, Some(&truth)).unwrap(), TrackUpdate::Started);
+            continue;
+        }
+        let surface = tracked.surface.as_ref().unwrap();
+        let errors = scene.errors(&surface.maps(scene.template.mesh()), &maps);
+        worst = worst.max(errors.registration_rmse_px.unwrap());
+    }
+    assert!(worst < 2.0, "{worst} px");
+}
