@@ -128,6 +128,7 @@ impl SelfCalibration {
     /// blurs.
     pub fn new(template: &Template, options: SelfCalibrationOptions) -> Result<Self, GeometryError> {
         check_blurs(&options.blurs)?;
+        template.expect_sheet("telling the camera")?;
         Ok(Self {
             fitter: MeshFitter::new(template, &options.fit)?,
             options,

@@ -31,8 +31,7 @@ impl FrameFitter {
     /// Prepares everything that does not depend on the frame.
     ///
     /// # Errors
-    /// [`GeometryError::Weight`] for weights that are no weights and for rounds without a blur,
-    /// [`GeometryError::NotASheet`] for a template that is a mesh.
+    /// [`GeometryError::Weight`] for weights that are no weights and for rounds without a blur.
     pub fn new(template: &Template, options: FitOptions) -> Result<Self, GeometryError> {
         Ok(Self {
             coarse: CoarseFitter::new(template, options)?,

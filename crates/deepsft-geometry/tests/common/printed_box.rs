@@ -1,4 +1,5 @@
 //! A box whose sides are charts of one texture.
+#![allow(dead_code)] // Each test uses a part of it.
 
 use deepsft_geometry::glam::{DVec2, DVec3};
 use deepsft_geometry::{Picture, Template, TriangleMesh};
@@ -11,14 +12,24 @@ pub fn on_side(k: usize, at: DVec2) -> (DVec3, DVec2) {
     let (axis, end) = (k / 2, (k % 2) as f64);
     let mut point = [0.0; 3];
     (point[axis], point[(axis + 1) % 3], point[(axis + 2) % 3]) = (end, at.x, at.y);
-    // Seen from outside, opposite sides run opposite ways.
+    // A tile is as wide as the longest side.
+    let at = at * DVec2::new(SIDES[(axis + 1) % 3], SIDES[(axis + 2) % 3]) / SIDES.max_element();
+    // Opposite sides run opposite ways, so that none is a mirror image from outside.
     let place = if k.is_multiple_of(2) {
-        DVec2::new(at.y, at.x)
-    } else {
         at
+    } else {
+        DVec2::new(at.y, at.x)
     };
     let tile = DVec2::new((k % 3) as f64, (k / 3) as f64);
     (point.into(), (place * 0.9 + 0.05 + tile) / DVec2::new(3.0, 2.0))
+}
+
+/// A print for it: large and small blocks of greys without a pattern.
+pub fn blocks() -> Picture {
+    let grey = |x: usize, y: usize, seed: usize| (((x * 7919 + y * 104_729 + seed) * 2_654_435_761) >> 9) % 256;
+    Picture::from_fn(900, 600, |x, y| {
+        [((grey(x / 40, y / 40, 1) * 2 + grey(x / 12, y / 12, 5)) / 3) as u8; 3]
+    })
 }
 
 /// The box with `cells` x `cells` cells on each side.

@@ -1,20 +1,12 @@
 //! Fit and tracker of a solid: a box that is bent and turned.
 
-use crate::printed_box::printed_box;
+use crate::printed_box::{blocks, printed_box};
 use deepsft_geometry::fitting::{FitOptions, FrameFitter, Start};
 use deepsft_geometry::glam::{DQuat, DVec3};
 use deepsft_geometry::metrics::{FrameMetrics, frame_metrics};
 use deepsft_geometry::raster::VisibleSurface;
 use deepsft_geometry::tracking::{TrackUpdate, Tracker, TrackerImage, TrackingOptions};
 use deepsft_geometry::{Camera, Maps, Picture, Template, draw_template, training_camera};
-
-/// Large and small blocks of greys without a pattern.
-fn print() -> Picture {
-    let grey = |x: usize, y: usize, seed: usize| (((x * 7919 + y * 104_729 + seed) * 2_654_435_761) >> 9) % 256;
-    Picture::from_fn(900, 600, |x, y| {
-        [((grey(x / 40, y / 40, 1) * 2 + grey(x / 12, y / 12, 5)) / 3) as u8; 3]
-    })
-}
 
 /// The box bent about its z axis, each fibre along y to an arc; `radius` to the middle, mm.
 fn bent(p: DVec3, radius: f64) -> DVec3 {
@@ -31,7 +23,7 @@ struct Scene {
 impl Scene {
     fn new() -> Self {
         Self {
-            template: printed_box(10, print()),
+            template: printed_box(10, blocks()),
             camera: training_camera(),
         }
     }

@@ -1,8 +1,7 @@
 //! Templates: sheets and meshes.
 
-use deepsft_geometry::fitting::FrameFitter;
 use deepsft_geometry::glam::{DVec2, DVec3};
-use deepsft_geometry::{GeometryError, Picture, Template, TemplateError, Topology, TriangleMesh};
+use deepsft_geometry::{GeometryError, Picture, SelfCalibration, Template, TemplateError, Topology, TriangleMesh};
 
 fn sheet() -> Template {
     Template::thin_shell(Picture::from_fn(4, 3, |x, y| [x as u8, y as u8, 0]), 297.0, 210.0).unwrap()
@@ -156,7 +155,7 @@ fn what_needs_a_grid_says_so() {
     let template = of_mesh(vertices, uv, faces).unwrap();
     let refused = [
         template.finer().err(),
-        FrameFitter::new(&template, Default::default()).err(),
+        SelfCalibration::new(&template, Default::default()).err(),
     ];
     for error in refused {
         assert!(matches!(error, Some(GeometryError::NotASheet { .. })), "{error:?}");

@@ -173,13 +173,16 @@ impl FollowedTarget {
 
     /// Lets the mesh in the newest frame, whose image `canonical` took, tell of the camera; with `steps` goes on with the search.
     ///
-    /// It is the mesh as it was fitted: a smoothed one trails behind the image.
+    /// It is the mesh as it was fitted: a smoothed one trails behind the image. Only sheets tell, whose lengths do not change.
     pub(super) fn calibrate(
         &mut self,
         image: &Picture,
         canonical: &Camera,
         steps: bool,
     ) -> Result<Option<CalibratedCamera>, DeepSftError> {
+        if !self.template.is_sheet() {
+            return Ok(None);
+        }
         let calibration = match &mut self.calibration {
             Some(calibration) => calibration,
             none => none.insert(SelfCalibration::new(&self.template, SelfCalibrationOptions::default())?),

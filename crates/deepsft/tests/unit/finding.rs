@@ -1,11 +1,13 @@
 //! Targets and their finders, by features and by descriptors.
 
+use crate::printed_box::printed_box;
 use deepsft::features::GradeLevel;
 use deepsft::session::{Session, VideoFollower};
 use deepsft::{DeepSftError, DescriptorFinder, FinderKind, SharedDescriptorNetwork, Target, TargetFinder, View};
-use deepsft_geometry::glam::{DVec2, DVec3};
+use deepsft_geometry::glam::{DQuat, DVec2, DVec3};
+use deepsft_geometry::metrics::frame_metrics;
 use deepsft_geometry::raster::VisibleSurface;
-use deepsft_geometry::{Camera, Maps, Picture, Template, TemplateError, TriangleMesh, training_camera};
+use deepsft_geometry::{Camera, Maps, Picture, Template, TemplateError, draw_template, training_camera};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
@@ -152,7 +154,7 @@ fn in_an_upright_image_the_same_is_found_upright() {
 }
 
 #[test]
-fn widths_that_are_none_and_shapes_that_no_finder_knows_are_refused() {
+fn widths_that_are_none_are_refused() {
     for width_mm in [0.0, -5.0, f64::NAN, f64::INFINITY] {
         let refused = Target::from_picture(print(), width_mm);
         assert!(
@@ -160,14 +162,35 @@ fn widths_that_are_none_and_shapes_that_no_finder_knows_are_refused() {
             "{width_mm}"
         );
     }
-    let corners = [DVec3::ZERO, DVec3::X * 90.0, DVec3::Y * 90.0, DVec3::Z * 90.0];
-    let uv = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]].map(DVec2::from);
-    let mesh = TriangleMesh::new(corners.to_vec(), uv.to_vec(), vec![[0, 2, 1], [1, 2, 3]]).unwrap();
-    let solid = Target::from_template(Template::of_mesh(mesh, print()).unwrap());
-    let Err(error) = TargetFinder::new(solid) else {
-        panic!("nothing finds a solid without a network");
-    };
-    assert!(error.to_string().contains("sheet"), "{error}");
+}
+
+#[test]
+fn a_box_is_found_without_training_from_all_sides_and_nowhere_else() {
+    let template = printed_box(8, print());
+    let camera = training_camera();
+    let mut finder = TargetFinder::new(Target::from_template(template.clone())).unwrap();
+    assert_eq!(finder.grade(), None, "grades are of flat prints");
+    let ground = |x: usize, y: usize| [(90 + (x * 37 + y * 91) % 61) as u8; 3];
+    for k in 0..6 {
+        let turn = DQuat::from_rotation_x(0.6 - 0.2 * f64::from(k)) * DQuat::from_rotation_y(0.4 + f64::from(k));
+        let posed: Vec<DVec3> = (template.mesh().vertices().iter())
+            .map(|&p| turn * p + DVec3::new(20.0, -10.0, 260.0))
+            .collect();
+        let truth = VisibleSurface::new(template.mesh(), &posed, &camera).maps();
+        let drawn = draw_template(template.texture(), &truth);
+        let image = Picture::from_fn(480, 270, |x, y| match truth.inside(y * 480 + x) {
+            true => drawn.pixel(x, y),
+            false => ground(x, y),
+        });
+        let estimate = pollster::block_on(finder.estimate(&mut View::new(&image, &camera))).unwrap();
+        assert!(estimate.judgement.found, "side {k}: {:?}", estimate.judgement);
+        let errors = frame_metrics(&estimate.maps, &truth, &camera, &template).unwrap();
+        let (px, mm) = (errors.registration_rmse_px.unwrap(), errors.points_rmse_mm.unwrap());
+        assert!(px < 1.0 && mm < 4.0, "side {k}: {px} px, {mm} mm");
+    }
+    let image = Picture::from_fn(480, 270, ground);
+    let nothing = pollster::block_on(finder.estimate(&mut View::new(&image, &camera))).unwrap();
+    assert!(!nothing.judgement.found, "{:?}", nothing.judgement);
 }
 
 /// The shipped network.
