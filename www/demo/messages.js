@@ -28,7 +28,22 @@ export class PictureError extends Error {
 const MESSAGES = {
   "camera-denied": {
     title: "The camera was not allowed",
-    advice: "Allow it for this page in the address bar, then try again. The picture stays on this device either way.",
+    advice: "Allow it for this site in the browser's settings, then try again. The picture stays on this device either way.",
+    remedies: ["retry", "clip", "image"],
+  },
+  "camera-blocked": {
+    title: "This page may not use the camera",
+    advice: "The page around it, or the server, does not allow it. Open this page in a tab of its own.",
+    remedies: ["clip", "image"],
+  },
+  "camera-unsupported": {
+    title: "No camera in this browser",
+    advice: "Apps that show pages often keep the camera from them. Open this page in a browser of its own.",
+    remedies: ["clip", "image"],
+  },
+  "play-refused": {
+    title: "The picture does not play",
+    advice: "The browser waits for a tap before it plays anything.",
     remedies: ["retry", "clip", "image"],
   },
   "camera-not-found": {
@@ -48,7 +63,7 @@ const MESSAGES = {
   },
   "camera-lost": {
     title: "The camera stopped",
-    advice: "It was unplugged, or its permission was withdrawn. Plug it in again and try again.",
+    advice: "{reason}",
     remedies: ["retry", "clip", "image"],
   },
   "insecure-context": {

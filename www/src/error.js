@@ -3,12 +3,15 @@
 /**
  * | code | when |
  * |---|---|
- * | `camera-denied` | the person or a policy refused the camera |
+ * | `camera-denied` | the person or the system refused the camera |
+ * | `camera-blocked` | a policy keeps the camera from the page: a frame without `allow="camera"`, a `Permissions-Policy` |
  * | `camera-not-found` | no camera is attached |
- * | `camera-busy` | another program or tab holds the camera |
+ * | `camera-busy` | another program or tab holds the camera, or it gives no picture |
  * | `camera-constraints` | no camera meets the constraints, even relaxed |
  * | `camera-lost` | the stream ended: unplugged, or permission withdrawn |
  * | `camera-intrinsics` | intrinsics that are no camera: a focal length of 0, NaN, or for another image size |
+ * | `camera-unsupported` | the browser gives pages no camera, as in many apps that show pages |
+ * | `play-refused` | the browser does not let the video play before the person has tapped something |
  * | `insecure-context` | the page is neither https nor localhost, so browsers offer no camera |
  * | `image-unreadable` | an image that is empty, broken, or not ready yet |
  * | `image-cross-origin` | an image or video of another origin, whose pixels the browser does not show |
@@ -24,19 +27,22 @@
  * | `closed` | the estimator was used after `close()` |
  * | `internal` | a defect of this package |
  *
- * @typedef {"camera-denied" | "camera-not-found" | "camera-busy" | "camera-constraints" | "camera-lost"
- *   | "camera-intrinsics" | "insecure-context" | "image-unreadable" | "image-cross-origin" | "browser-unsupported" | "engine-load"
+ * @typedef {"camera-denied" | "camera-blocked" | "camera-not-found" | "camera-busy" | "camera-constraints" | "camera-lost"
+ *   | "camera-intrinsics" | "camera-unsupported" | "play-refused" | "insecure-context" | "image-unreadable" | "image-cross-origin" | "browser-unsupported" | "engine-load"
  *   | "model-load" | "model-corrupt" | "model-version" | "webgpu-unavailable" | "gpu-lost" | "target-unusable" | "target-unknown" | "closed" | "internal"} DeepSftErrorCode
  */
 
 /** @type {ReadonlySet<string>} */
 const CODES = new Set([
   "camera-denied",
+  "camera-blocked",
   "camera-not-found",
   "camera-busy",
   "camera-constraints",
   "camera-lost",
   "camera-intrinsics",
+  "camera-unsupported",
+  "play-refused",
   "insecure-context",
   "image-unreadable",
   "image-cross-origin",

@@ -1,17 +1,21 @@
 // A camera that plays in a video element, and what interrupts it.
 
-import { DeepSftError } from "../error.js";
+import { DeepSftError, asDeepSftError } from "../error.js";
 import { isSurer, readCalibration, writeCalibration } from "./calibration-store.js";
 import { centredCamera, estimatedCamera } from "./intrinsics.js";
-import { cameraError, facingOf, requestCamera, requestFacing, requestStream, stopStream } from "./request.js";
+import { facingOf, requestCamera, requestFacing, requestStream, stopStream } from "./request.js";
 
 /** @import { SourcedCamera } from "./intrinsics.js" */
 /** @import { Facing, OpenCameraOptions } from "./request.js" */
 
 /** So long after the page came back a camera that ended counts as one that the browser took away, milliseconds. */
 const RETURN_MS = 5000;
-/** A camera that delivers nothing for so long after an interruption is opened anew, milliseconds. */
+/** A camera that delivers nothing for so long after an interruption is opened anew; one that is muted when it opens is interrupted, milliseconds. */
 const FROZEN_MS = 3000;
+/** A camera that is opened gives its first picture in this time, milliseconds. */
+const FIRST_MS = 10_000;
+/** Systems take a moment to free a camera that another program has had: it is asked for again after so long, milliseconds. */
+const RETRIES_MS = [300, 1000, 3000];
 
 /**
  * Opens a camera and plays it in a video element.
@@ -19,17 +23,33 @@ const FROZEN_MS = 3000;
  * @param {HTMLVideoElement} video must be in the document (iOS plays no other); it is set to play inline and muted
  * @param {OpenCameraOptions} [options]
  * @returns {Promise<CameraStream>}
- * @throws {DeepSftError} `camera-denied`, `camera-not-found`, `camera-busy`, `camera-constraints`, `insecure-context`, `camera-lost`
+ * @throws {DeepSftError} `camera-denied`, `camera-blocked`, `camera-not-found`, `camera-busy`, `camera-constraints`, `camera-unsupported`,
+ *   `insecure-context`, `camera-lost`, `play-refused`, `closed` where something else was given to the video meanwhile
  */
-export async function openCamera(video, options = {}) {
-  const camera = new CameraStream(video, await requestStream(options));
+export async function openCamera(video, { signal, ...wanted } = {}) {
+  signal?.throwIfAborted();
+  const requested = requestStream(wanted);
+  let abort = () => {};
+  const aborted = new Promise((_, reject) => {
+    abort = () => reject(signal?.reason);
+    signal?.addEventListener("abort", abort, { once: true });
+  });
   try {
-    await camera.start();
+    // A question to the person cannot be taken back; a camera that is allowed too late is freed at once.
+    const camera = new CameraStream(video, await Promise.race([requested, aborted]));
+    signal?.addEventListener("abort", () => camera.stop(), { signal: camera.stopped });
+    await camera.start().catch((error) => {
+      camera.stop();
+      throw error;
+    });
+    return camera;
   } catch (error) {
-    camera.stop();
-    throw cameraError(error);
+    requested.then(stopStream, () => undefined);
+    signal?.throwIfAborted();
+    throw error;
+  } finally {
+    signal?.removeEventListener("abort", abort);
   }
-  return camera;
 }
 
 /**
@@ -88,6 +108,16 @@ export class CameraStream extends EventTarget {
     this.error = null;
     /** Whether the system has taken the camera away for a while. */
     this.interrupted = false;
+  }
+
+  /** The element it plays in. */
+  get video() {
+    return this.#video;
+  }
+
+  /** Aborted when it was stopped, or is lost. */
+  get stopped() {
+    return this.#listening.signal;
   }
 
   /** Plays the stream; called by {@link openCamera}. */
@@ -199,11 +229,11 @@ export class CameraStream extends EventTarget {
       this.#letGo();
       try {
         await this.#playNew(await openFormer());
-      } catch {
+      } catch (cause) {
         this.#requireRunning();
-        throw this.#lose();
+        throw this.#lose(lostError(cause));
       }
-      throw cameraError(error);
+      throw error;
     }
     this.dispatchEvent(new Event("switched"));
   }
@@ -235,7 +265,7 @@ export class CameraStream extends EventTarget {
   }
 
   /**
-   * Plays a stream until its first frame is there.
+   * Plays a stream until its first frame is there. A camera that the system holds back meanwhile is interrupted.
    *
    * @param {MediaStream} stream
    */
@@ -248,16 +278,27 @@ export class CameraStream extends EventTarget {
     const track = this.#track;
     track.addEventListener("mute", () => this.#interrupt(), { signal });
     track.addEventListener("unmute", () => void this.#resume(), { signal });
-    /** @type {Promise<never>} */
-    const ended = new Promise((_, reject) => {
-      track.addEventListener("ended", () => reject(this.#end()), { signal });
-      signal.addEventListener("abort", () => reject(this.error ?? new DOMException("The camera was stopped.", "AbortError")));
-    });
-    ended.catch(() => undefined);
     const video = this.#video;
-    const first = new Promise((resolve) => video.addEventListener("loadeddata", resolve, { once: true, signal }));
-    video.srcObject = stream;
-    await Promise.race([Promise.all([video.play(), first]), ended]);
+    /** @type {ReturnType<typeof setTimeout>[]} */
+    const clocks = [];
+    const shown = new Promise((resolve, reject) => {
+      track.addEventListener("ended", () => reject(this.#end()), { signal });
+      signal.addEventListener("abort", () => reject(this.error ?? new DeepSftError("closed", "The camera was stopped.")));
+      video.addEventListener("loadeddata", resolve, { once: true, signal });
+      const muted = () => track.muted && (this.#interrupt(), resolve(undefined));
+      const nothing = new DeepSftError("camera-busy", "The camera was opened, but gives no picture.");
+      clocks.push(setTimeout(muted, FROZEN_MS), setTimeout(() => muted() || reject(nothing), FIRST_MS));
+      const refused = (/** @type {unknown} */ error) => {
+        const name = error instanceof Error || error instanceof DOMException ? error.name : "";
+        if (video.srcObject !== stream) reject(new DeepSftError("closed", "Something else was given to the video to play.", { cause: error }));
+        else if (name === "NotAllowedError") reject(new DeepSftError("play-refused", "The browser does not let the video play before the person has tapped something.", { cause: error }));
+        // It plays by itself all the same, when it was only moved or paused for a moment.
+        else if (name !== "AbortError") reject(asDeepSftError(error));
+      };
+      video.srcObject = stream;
+      video.play().catch(refused);
+    });
+    await shown.finally(() => clocks.forEach(clearTimeout));
   }
 
   #interrupt() {
@@ -271,13 +312,14 @@ export class CameraStream extends EventTarget {
    * was unplugged, or its permission withdrawn.
    */
   #end() {
+    const ended = new DeepSftError("camera-busy", "The camera ended while it started.");
     // Whoever switches goes back to the former camera.
-    if (this.#switching) return cameraError(new DOMException("The camera ended while it started.", "AbortError"));
+    if (this.#switching) return ended;
     const wasAway = document.visibilityState === "hidden" || performance.now() - this.#returnedAt < RETURN_MS;
     if (!wasAway) return this.#lose();
     this.#interrupt();
     void this.#resume();
-    return cameraError(new DOMException("The camera was interrupted while it started.", "AbortError"));
+    return ended;
   }
 
   /** Plays on after an interruption; one attempt at a time. */
@@ -289,25 +331,34 @@ export class CameraStream extends EventTarget {
         if (this.#track.readyState === "ended") await this.#reopen();
         // A call goes on: the track tells when it is over.
         if (this.#track.muted) return this.#interrupt();
-        if (this.#video.paused) await this.#video.play();
+        if (this.#video.paused) await this.#video.play().catch(() => undefined);
         if (!(await this.#showsFrames())) await this.#reopen();
-      } catch {
-        if (!this.#listening.signal.aborted && document.visibilityState !== "hidden") this.#lose();
+      } catch (error) {
+        if (!this.#listening.signal.aborted && document.visibilityState !== "hidden") this.#lose(lostError(error));
         return;
       }
-      if (!this.interrupted || this.#listening.signal.aborted) return;
+      if (!this.interrupted || this.#track.muted || this.#listening.signal.aborted) return;
       this.interrupted = false;
       this.dispatchEvent(new Event("resumed"));
     };
     return (this.#resuming ??= attempt().finally(() => (this.#resuming = null)));
   }
 
-  /** Opens the same camera once more. */
+  /** Opens the same camera once more, and again where another program is about to free it. */
   async #reopen() {
     this.#interrupt();
     const open = this.#again();
     stopStream(this.#stream);
-    await this.#playNew(await open());
+    for (const waitMs of [...RETRIES_MS, null]) {
+      try {
+        return await this.#playNew(await open());
+      } catch (error) {
+        if (waitMs === null || !isBusy(error) || document.visibilityState === "hidden") throw error;
+        stopStream(this.#stream);
+        await new Promise((resolve) => setTimeout(resolve, waitMs));
+        this.#requireRunning();
+      }
+    }
   }
 
   /** @returns {Promise<boolean>} whether a new frame comes within {@link FROZEN_MS} */
@@ -320,11 +371,8 @@ export class CameraStream extends EventTarget {
     });
   }
 
-  #lose() {
-    this.error = new DeepSftError(
-      "camera-lost",
-      "The camera went away: it was unplugged, or its permission was withdrawn.",
-    );
+  #lose(error = lostError()) {
+    this.error = error;
     this.stop();
     this.dispatchEvent(new Event("lost"));
     return this.error;
@@ -339,4 +387,19 @@ export class CameraStream extends EventTarget {
   #calibrationKey(width, height) {
     return [this.label || this.deviceId, this.facing, Math.max(width, height), Math.min(width, height)].join("|");
   }
+}
+
+/** @param {unknown} error */
+function isBusy(error) {
+  return error instanceof DeepSftError && error.code === "camera-busy";
+}
+
+/**
+ * Why a camera is lost.
+ *
+ * @param {unknown} [cause] why it did not open again
+ */
+function lostError(cause) {
+  const reason = cause instanceof Error ? `it did not open again. ${cause.message}` : "it was unplugged, or its permission was withdrawn.";
+  return new DeepSftError("camera-lost", `The camera went away: ${reason}`, { cause });
 }

@@ -8,13 +8,14 @@ import { DeepSftError } from "../error.js";
  * @typedef {object} OpenCameraOptions
  * @property {Facing} [facing] which way the camera should look; default "environment"
  * @property {string} [deviceId] a certain camera; where it is not there any more, one that looks the wanted way
+ * @property {AbortSignal} [signal] stops the camera, or its opening, which then rejects with the signal's reason
  */
 
 /** The picture to ask for. */
 const PICTURE = { width: { ideal: 1280 }, height: { ideal: 720 }, frameRate: { ideal: 30 } };
 
 /**
- * A browser's refusal as an error with a code.
+ * A refusal of `getUserMedia` as an error with a code.
  *
  * @param {unknown} error
  * @returns {DeepSftError}
@@ -26,9 +27,14 @@ export function cameraError(error) {
     new DeepSftError(code, message, { cause: error });
   switch (name) {
     case "NotAllowedError":
+      if (isBlocked())
+        return explained(
+          "camera-blocked",
+          'The page may not use the camera: the page around this frame has to allow it (allow="camera"), or the server\'s Permissions-Policy.',
+        );
       return explained(
         "camera-denied",
-        "The camera was not allowed. Allow it for this page in the browser's address bar, then try again.",
+        "The camera was not allowed. Allow it for this site in the settings of the browser, then try again.",
       );
     case "NotFoundError":
       return explained("camera-not-found", "No camera was found. Plug one in, or use the clip or an image.");
@@ -38,23 +44,34 @@ export function cameraError(error) {
     case "OverconstrainedError":
       return explained("camera-constraints", "No camera here can deliver a usable picture.");
     case "SecurityError":
-      return explained("insecure-context", "Browsers give pages a camera only over https or from localhost.");
+      return explained(...noDevices());
     default:
       return explained("internal", `The camera failed: ${error instanceof Error ? error.message : error}`);
   }
+}
+
+/** Whether a policy keeps the camera from this page, where the browser tells. */
+function isBlocked() {
+  const { featurePolicy } = /** @type {{ featurePolicy?: { allowsFeature(name: string): boolean } }} */ (document);
+  return featurePolicy?.allowsFeature("camera") === false;
+}
+
+/** Why a browser offers no cameras at all. @returns {[import("../error.js").DeepSftErrorCode, string]} */
+function noDevices() {
+  return self.isSecureContext
+    ? ["camera-unsupported", "This browser gives pages no camera. Apps that show pages often do not: open the page in a browser of its own."]
+    : ["insecure-context", "Browsers give pages a camera only over https or from localhost."];
 }
 
 /**
  * The browser's cameras.
  *
  * @returns {MediaDevices}
- * @throws {DeepSftError} `insecure-context`
+ * @throws {DeepSftError} `insecure-context`, `camera-unsupported`
  */
 function mediaDevices() {
   const devices = navigator.mediaDevices;
-  if (!devices?.getUserMedia) {
-    throw new DeepSftError("insecure-context", "Browsers give pages a camera only over https or from localhost.");
-  }
+  if (!devices?.getUserMedia) throw new DeepSftError(...noDevices());
   return devices;
 }
 
@@ -68,7 +85,7 @@ export function stopStream(stream) {
  *
  * @param {MediaTrackConstraints[]} wishes from the best to the least that is any use
  * @returns {Promise<MediaStream>}
- * @throws {DeepSftError} `camera-denied`, `camera-not-found`, `camera-busy`, `camera-constraints`, `insecure-context`
+ * @throws {DeepSftError} `camera-denied`, `camera-blocked`, `camera-not-found`, `camera-busy`, `camera-constraints`, `camera-unsupported`, `insecure-context`
  */
 async function requestFirst(wishes) {
   const devices = mediaDevices();
@@ -102,7 +119,7 @@ async function isMissing(devices, refusal) {
  *
  * @param {OpenCameraOptions} options
  * @returns {Promise<MediaStream>}
- * @throws {DeepSftError} `camera-denied`, `camera-not-found`, `camera-busy`, `camera-constraints`, `insecure-context`
+ * @throws {DeepSftError} `camera-denied`, `camera-blocked`, `camera-not-found`, `camera-busy`, `camera-constraints`, `camera-unsupported`, `insecure-context`
  */
 export async function requestStream({ facing = "environment", deviceId }) {
   if (deviceId !== undefined) {

@@ -99,9 +99,123 @@ test("a camera that does not fit because there is none is not found", async () =
   await assert.rejects(openCamera(new Video()), { code: "camera-not-found" });
 });
 
-test("a page without mediaDevices is told that its address is not secure", async () => {
+test("a page without mediaDevices is told that its address is not secure, or, where it is, that the browser has none", async () => {
   withDevices(undefined);
   await assert.rejects(openCamera(new Video()), { code: "insecure-context" });
+  self.isSecureContext = true;
+  await assert.rejects(openCamera(new Video()), { code: "camera-unsupported" });
+});
+
+test("a refusal by a policy is told from one by the person, and neither speaks of an address bar", async () => {
+  withDevices({ getUserMedia: () => Promise.reject(refusal("NotAllowedError")) });
+  await assert.rejects(openCamera(new Video()), ({ code, message }) => code === "camera-denied" && !message.includes("address bar"));
+  page.featurePolicy = { allowsFeature: (name) => name !== "camera" };
+  await assert.rejects(openCamera(new Video()), { code: "camera-blocked" });
+});
+
+/** Lets all promises go on that wait for nothing else. */
+const settle = () => new Promise((resolve) => setImmediate(resolve));
+
+test("an opening that is aborted rejects at once, and a camera that is allowed after that is freed", async () => {
+  const stream = new Stream();
+  let allow;
+  withDevices({ getUserMedia: () => new Promise((resolve) => (allow = () => resolve(stream))), enumerateDevices: async () => [] });
+  const leaving = new AbortController();
+  const video = new Video();
+  const opening = openCamera(video, { signal: leaving.signal });
+  await settle();
+  leaving.abort(new Error("left"));
+  await assert.rejects(opening, /left/);
+  allow();
+  await settle();
+  assert.deepEqual([stream.track.readyState, video.srcObject], ["ended", null]);
+  await assert.rejects(openCamera(video, { signal: leaving.signal }), /left/);
+});
+
+test("an abort while the camera starts, and after that, stops it", async () => {
+  const stream = new Stream();
+  withDevices({ getUserMedia: async () => stream, enumerateDevices: async () => [] });
+  const [starting, playing] = [new AbortController(), new AbortController()];
+  const silent = new Video();
+  silent.play = async () => undefined;
+  const opening = openCamera(silent, { signal: starting.signal });
+  await settle();
+  starting.abort();
+  await assert.rejects(opening, { name: "AbortError" });
+  assert.equal(stream.track.readyState, "ended");
+  stream.track.readyState = "live";
+  const video = new Video();
+  const camera = await openCamera(video, { signal: playing.signal });
+  playing.abort();
+  assert.deepEqual([stream.track.readyState, video.srcObject, camera.stopped.aborted, camera.error], ["ended", null, true, null]);
+});
+
+test("a camera that is muted from the start is interrupted until it is unmuted; one that gives nothing is refused", async (t) => {
+  t.mock.timers.enable({ apis: ["setTimeout"] });
+  const stream = new Stream();
+  stream.track.muted = true;
+  withDevices({ getUserMedia: async () => stream, enumerateDevices: async () => [] });
+  const video = new Video();
+  video.play = async () => undefined;
+  const opening = openCamera(video);
+  await settle();
+  t.mock.timers.tick(3000);
+  const camera = await opening;
+  assert.equal(camera.interrupted, true);
+  const resumed = told(camera, "resumed");
+  stream.track.mute(false);
+  await resumed;
+  assert.equal(camera.interrupted, false);
+
+  const nothing = openCamera(video);
+  nothing.catch(() => undefined);
+  await settle();
+  t.mock.timers.tick(10_000);
+  await assert.rejects(nothing, { code: "camera-busy" });
+  assert.equal(stream.track.readyState, "ended");
+});
+
+test("a play() that is interrupted is no busy camera: it plays all the same, or something else took its video", async () => {
+  withDevices({ getUserMedia: async () => new Stream(), enumerateDevices: async () => [] });
+  const video = new Video();
+  const interrupted = (then) => async () => {
+    queueMicrotask(then);
+    throw refusal("AbortError");
+  };
+  video.play = interrupted(() => video.dispatchEvent(new Event("loadeddata")));
+  assert.equal((await openCamera(video)).error, null);
+  video.play = async () => {
+    video.srcObject = new Stream();
+    throw refusal("AbortError");
+  };
+  await assert.rejects(openCamera(video), { code: "closed" });
+  assert.equal(video.srcObject.track.readyState, "live", "what took its place plays on");
+  video.play = () => Promise.reject(refusal("NotAllowedError"));
+  await assert.rejects(openCamera(video), { code: "play-refused" });
+  video.play = () => Promise.reject(new TypeError("a defect"));
+  await assert.rejects(openCamera(video), { code: "internal" });
+});
+
+test("a camera that another program had while the page was away is asked for again, and lost with its reason where that goes on", async (t) => {
+  t.mock.timers.enable({ apis: ["setTimeout"] });
+  let busy = 0;
+  const { opened } = phone({ refuse: () => busy-- > 0 });
+  const camera = await openCamera(new Video());
+  const away = async (times) => {
+    page.show(false);
+    opened.at(-1).track.end();
+    busy = times;
+    page.show(true);
+    for (let i = 0; i < 5; i++) {
+      await settle();
+      t.mock.timers.tick(3000);
+    }
+  };
+  await away(3);
+  assert.deepEqual([camera.error, camera.interrupted, opened.length], [null, false, 2]);
+  await away(4);
+  assert.deepEqual([camera.error?.code, camera.error?.cause?.code], ["camera-lost", "camera-busy"]);
+  assert.match(camera.error.message, /another program/);
 });
 
 test("constraints that cannot be met are relaxed in three steps, other refusals end at once", async () => {
@@ -196,7 +310,7 @@ test("cameras say which way they look, by their capabilities or else their Engli
 });
 
 /** A phone with a front and a back camera that opens one at a time; `broken` do not open, `meanwhile` is called while one opens. */
-function phone({ broken = [], meanwhile = () => {} } = {}) {
+function phone({ broken = [], meanwhile = () => {}, refuse = () => false } = {}) {
   const opened = [];
   const cameras = { back: "environment", front: "user" };
   withDevices({
@@ -205,7 +319,7 @@ function phone({ broken = [], meanwhile = () => {} } = {}) {
       const facing = facingMode?.exact ?? facingMode?.ideal;
       const id = deviceId?.exact ?? Object.keys(cameras).find((camera) => cameras[camera] === facing);
       if (!cameras[id]) throw refusal("OverconstrainedError");
-      if (broken.includes(id)) throw refusal("NotReadableError");
+      if (broken.includes(id) || refuse()) throw refusal("NotReadableError");
       if (opened.length > 0) await meanwhile();
       const stream = new Stream(`Kamera ${id}`, id);
       stream.track.getSettings = () => ({ deviceId: id, facingMode: cameras[id] });

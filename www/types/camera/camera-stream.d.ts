@@ -7,9 +7,10 @@ import type { Facing, OpenCameraOptions } from "./request.js";
  * @param {HTMLVideoElement} video must be in the document (iOS plays no other); it is set to play inline and muted
  * @param {OpenCameraOptions} [options]
  * @returns {Promise<CameraStream>}
- * @throws {DeepSftError} `camera-denied`, `camera-not-found`, `camera-busy`, `camera-constraints`, `insecure-context`, `camera-lost`
+ * @throws {DeepSftError} `camera-denied`, `camera-blocked`, `camera-not-found`, `camera-busy`, `camera-constraints`, `camera-unsupported`,
+ *   `insecure-context`, `camera-lost`, `play-refused`, `closed` where something else was given to the video meanwhile
  */
-export declare function openCamera(video: HTMLVideoElement, options?: OpenCameraOptions): Promise<CameraStream>;
+export declare function openCamera(video: HTMLVideoElement, { signal, ...wanted }?: OpenCameraOptions): Promise<CameraStream>;
 export type ListedCamera = {
     deviceId: string;
     label: string;
@@ -48,6 +49,10 @@ export declare class CameraStream extends EventTarget {
      * @param {MediaStream} stream
      */
     constructor(video: HTMLVideoElement, stream: MediaStream);
+    /** The element it plays in. */
+    get video(): HTMLVideoElement;
+    /** Aborted when it was stopped, or is lost. */
+    get stopped(): AbortSignal;
     /** Plays the stream; called by {@link openCamera}. */
     start(): Promise<void>;
     /** Name of the camera. */

@@ -9,9 +9,13 @@ export type OpenCameraOptions = {
      * a certain camera; where it is not there any more, one that looks the wanted way
      */
     deviceId?: string;
+    /**
+     * stops the camera, or its opening, which then rejects with the signal's reason
+     */
+    signal?: AbortSignal;
 };
 /**
- * A browser's refusal as an error with a code.
+ * A refusal of `getUserMedia` as an error with a code.
  *
  * @param {unknown} error
  * @returns {DeepSftError}
@@ -24,7 +28,7 @@ export declare function stopStream(stream: MediaStream): void;
  *
  * @param {OpenCameraOptions} options
  * @returns {Promise<MediaStream>}
- * @throws {DeepSftError} `camera-denied`, `camera-not-found`, `camera-busy`, `camera-constraints`, `insecure-context`
+ * @throws {DeepSftError} `camera-denied`, `camera-blocked`, `camera-not-found`, `camera-busy`, `camera-constraints`, `camera-unsupported`, `insecure-context`
  */
 export declare function requestStream({ facing, deviceId }: OpenCameraOptions): Promise<MediaStream>;
 /**
