@@ -98,7 +98,9 @@ function listedFiles(manifest, url) {
  * @throws {DeepSftError} `model-load`, `model-corrupt`
  */
 export async function fetchBundle(folder, { onProgress, signal, keep = true } = {}) {
-  const manifestUrl = new URL(MODEL_FILE, folder);
+  // A signed address is signed for each file.
+  const addressOf = (/** @type {string} */ name) => Object.assign(new URL(name, folder), { search: folder.search });
+  const manifestUrl = addressOf(MODEL_FILE);
   const manifest = await fetchBytes(manifestUrl, signal, { cache: "no-cache" });
   const listed = listedFiles(manifest, manifestUrl);
   const kept = await KeptFiles.open(folder, keep);
@@ -113,7 +115,7 @@ export async function fetchBundle(folder, { onProgress, signal, keep = true } = 
     [...listed].map(async ([name, { sha256 }]) => {
       const known = sha256 && (await kept.take(name, sha256));
       if (known) onBytes(known.byteLength);
-      const bytes = known || (await fetchListed(new URL(name, folder), sha256, signal, onBytes));
+      const bytes = known || (await fetchListed(addressOf(name), sha256, signal, onBytes));
       if (!known && sha256) await kept.keep(name, sha256, bytes);
       return /** @type {const} */ ([name, bytes]);
     }),

@@ -62,15 +62,17 @@ export class KeptFiles {
   }
 
   /**
-   * Throws away what the folder held before.
+   * Throws away what the model held before. Folders that it has no file in now may be another model's.
    *
-   * @param {Map<string, string>} hashes by name, of the files that the folder holds now
+   * @param {Map<string, string>} hashes by name, of the files that the model holds now
    */
   async drop(hashes) {
     const current = new Set([...hashes].map(([name, sha256]) => this.#key(name, sha256)));
+    const folderOf = (/** @type {string} */ url) => new URL(".", url).href;
+    const folders = new Set([...current, this.#key("", "")].map(folderOf));
     try {
       for (const { url } of (await this.#cache?.keys()) ?? [])
-        if (url.startsWith(this.#folder.href) && !current.has(url)) await this.#cache?.delete(url);
+        if (folders.has(folderOf(url)) && !current.has(url)) await this.#cache?.delete(url);
     } catch {
       // The browser throws it away itself when it needs the room.
     }

@@ -5,6 +5,9 @@ import { DeepSftError, asDeepSftError, crossOriginError } from "../error.js";
 /** How long a worker may be silent while a call waits, milliseconds: an emulated GPU takes minutes for its first frame. */
 export const DEFAULT_TIMEOUT_MS = 180_000;
 const TICK_MS = 1000;
+/** A worker that has answered a call of the same kind before may be silent for so many times as long, and at least for so many milliseconds. */
+const PATIENCE = 20;
+const LEAST_MS = 20_000;
 
 /** The package's worker. Bundlers know only this form, and replace the address by that of their own file. */
 const packagedWorker = () => new Worker(new URL("../worker.js", import.meta.url), { type: "module", name: "deepsft" });
@@ -67,8 +70,10 @@ function throughOwnScript(start) {
 export class WorkerCalls {
   /** @type {Worker} */
   #worker;
-  /** @type {Map<number, { resolve: (value: any) => void, reject: (error: unknown) => void }>} */
+  /** @type {Map<number, { method: string, since: number, resolve: (value: any) => void, reject: (error: unknown) => void }>} */
   #waiting = new Map();
+  /** The longest that each kind of call took, milliseconds. @type {Map<string, number>} */
+  #longestMs = new Map();
   #lastId = 0;
   #started = false;
   /** @type {{ reason: unknown } | null} why no call can be answered any more */
@@ -87,8 +92,11 @@ export class WorkerCalls {
     // Ticks are counted rather than clock time: while a phone sleeps the page stands still as the worker does.
     const tickMs = Math.min(TICK_MS, timeoutMs);
     this.#clock = setInterval(() => {
-      if (this.#waiting.size === 0 || (this.#silentMs += tickMs) <= timeoutMs) return;
-      const seconds = Math.round(timeoutMs / 1000);
+      if (this.#waiting.size === 0) return;
+      const allowed = Math.max(...[...this.#waiting.values()].map(({ method }) => PATIENCE * (this.#longestMs.get(method) ?? Infinity)));
+      const limitMs = Math.min(timeoutMs, Math.max(LEAST_MS, allowed));
+      if ((this.#silentMs += tickMs) <= limitMs) return;
+      const seconds = Math.round(limitMs / 1000);
       this.terminate(new DeepSftError("internal", `The engine's worker was silent for ${seconds} s and was stopped.`));
     }, tickMs);
     this.#worker.addEventListener("message", ({ data: { id, value, error, fatal } }) => {
@@ -96,6 +104,7 @@ export class WorkerCalls {
       this.#waiting.delete(id);
       this.#silentMs = 0;
       this.#started = true;
+      if (call && !error) this.#longestMs.set(call.method, Math.max(performance.now() - call.since, this.#longestMs.get(call.method) ?? 0));
       if (error) call?.reject(asDeepSftError(error));
       else call?.resolve(value);
       if (fatal) this.terminate(asDeepSftError(error));
@@ -144,7 +153,7 @@ export class WorkerCalls {
       return Promise.reject(explainedRefusal(error));
     }
     if (this.#waiting.size === 0) this.#silentMs = 0;
-    return new Promise((resolve, reject) => this.#waiting.set(id, { resolve, reject }));
+    return new Promise((resolve, reject) => this.#waiting.set(id, { method, since: performance.now(), resolve, reject }));
   }
 }
 

@@ -6,6 +6,8 @@ export class VideoFrames {
   #stopped = false;
   /** Clock time of the newest frame, ms, while it is untaken. @type {number | null} */
   #shownAt = null;
+  /** Which picture of the video was seen last, where it is looked for. */
+  #polled = Number.NaN;
   /** @type {() => void} */
   #wake = () => undefined;
   /** How often the video has come to play something else: another camera, another file. */
@@ -59,6 +61,23 @@ export class VideoFrames {
     // Media time would jump back when a clip starts over.
     if ("requestVideoFrameCallback" in this.#video)
       this.#video.requestVideoFrameCallback((_, { presentationTime }) => shown(presentationTime));
-    else requestAnimationFrame(shown);
+    else this.#poll(shown);
+  }
+
+  /**
+   * Looks with each frame of the screen whether the video's is another, for browsers that do not tell.
+   *
+   * @param {(at: number) => void} shown
+   */
+  #poll(shown) {
+    requestAnimationFrame((at) => {
+      if (this.#stopped) return;
+      const { readyState, HAVE_CURRENT_DATA, currentTime } = this.#video;
+      // Of streams some browsers count no frames.
+      const picture = this.#video.getVideoPlaybackQuality?.().totalVideoFrames || currentTime;
+      if (readyState < HAVE_CURRENT_DATA || picture === this.#polled) return this.#poll(shown);
+      this.#polled = picture;
+      shown(at);
+    });
   }
 }

@@ -9,6 +9,8 @@ const DETAIL = { from: 8, fully: 20 };
 const SHOWN = { from: 0.25, fully: 0.55 };
 /** Weight of a new frame against those before: flicker at a hand's outline is smoothed. */
 const NEW_WEIGHT = 0.5;
+/** Weight with which a frame that does not tell what covers the print speaks for nothing. */
+const DOUBT_WEIGHT = 0.03;
 /** Weight with which a vertex without detail around it counts as seen. */
 const BLANK_WEIGHT = 0.05;
 
@@ -39,8 +41,9 @@ export class PrintCovering {
   follow({ confidence }, certain) {
     const isFirst = this.#seen.length !== confidence.length;
     if (isFirst) this.#seen = new Float32Array(confidence.length).fill(1);
-    if (!certain) return this.#seen;
     const [detail, before] = [this.#detail, this.#seen];
+    // What covered it may be gone by now.
+    if (!certain) return (this.#seen = before.map((old) => old + DOUBT_WEIGHT * (1 - old)));
     const shown = confidence.map((c) => ramp(c, SHOWN));
     this.#seen = before.map((old, i) => {
       let [sum, weights] = [BLANK_WEIGHT + 2 * detail[i] * shown[i], BLANK_WEIGHT + 2 * detail[i]];

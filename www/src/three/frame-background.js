@@ -41,6 +41,7 @@ export class FrameBackground extends Mesh {
   #release = null;
   /** @type {unknown} */
   #shown = null;
+  #warned = false;
 
   constructor() {
     const geometry = new BufferGeometry();
@@ -48,7 +49,7 @@ export class FrameBackground extends Mesh {
     geometry.setAttribute("position", new BufferAttribute(new Float32Array([-1, -1, 0, 3, -1, 0, -1, 3, 0]), 3));
     const uniforms = {
       u_frame: { value: /** @type {Texture | null} */ (null) },
-      u_camera: { value: new Vector4() },
+      u_camera: { value: new Vector4(1, 1, 0, 0) },
       u_lens: { value: lensUniform({}) },
       u_region: { value: new Vector4() },
       u_size: { value: new Vector2(1, 1) },
@@ -67,9 +68,7 @@ export class FrameBackground extends Mesh {
     texture.generateMipmaps = false;
     // Bitmaps are uploaded as they are, so all else is too.
     texture.flipY = false;
-    this.onBeforeRender = (/** @type {unknown[]} */ ...[, , camera]) => {
-      if (camera instanceof FrameCamera) this.#lookThrough(camera);
-    };
+    this.onBeforeRender = (/** @type {unknown[]} */ ...[, , camera]) => this.#lookThrough(camera);
   }
 
   /**
@@ -106,15 +105,20 @@ export class FrameBackground extends Mesh {
   /** Not a thing that rays hit. @override */
   raycast() {}
 
-  /** @param {FrameCamera} camera */
-  #lookThrough({ intrinsics, region }) {
-    if (!intrinsics) return;
+  /** @param {unknown} camera */
+  #lookThrough(camera) {
+    const isOurs = camera instanceof FrameCamera;
+    if (!isOurs && !this.#warned) console.warn("FrameBackground is seen through a FrameCamera alone: other cameras do not know where the image lies.");
+    this.#warned ||= !isOurs;
     const { u_camera, u_lens, u_region, u_size } = this.#uniforms;
+    /** @type {ShaderMaterial} */ (this.material).uniformsNeedUpdate = true;
+    // A place beyond the image, which draws nothing.
+    if (!isOurs || !camera.intrinsics) return void u_region.value.setScalar(-1e6);
+    const { intrinsics, region } = camera;
     // Those of the picture at another scale are scaled.
     const [sx, sy] = [u_size.value.x / intrinsics.width, u_size.value.y / intrinsics.height];
     u_camera.value.set(intrinsics.fx * sx, intrinsics.fy * sy, intrinsics.cx * sx, intrinsics.cy * sy);
     u_region.value.set(region.left * sx, region.top * sy, region.right * sx, region.bottom * sy);
     u_lens.value = lensUniform(intrinsics);
-    /** @type {ShaderMaterial} */ (this.material).uniformsNeedUpdate = true;
   }
 }

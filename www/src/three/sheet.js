@@ -31,8 +31,6 @@ const SEEN = { from: 0.3, fully: 0.7 };
 export class Sheet extends Group {
   /** @type {{ template: VertexLight, covering: PrintCovering, colors: BufferAttribute } | null} */
   #light = null;
-  /** @type {Anchor[]} */
-  #anchors = [];
 
   /**
    * @param {Target} target
@@ -70,12 +68,11 @@ export class Sheet extends Group {
    * @param {number} u from the print's left border to its right, 0 to 1
    * @param {number} v from its top to its bottom
    * @param {{ smooth?: boolean }} [options] as in {@link Anchor}
-   * @returns {Anchor} a child of the sheet
+   * @returns {Anchor} a child of the sheet: `sheet.remove(anchor)` lets it go
    * @throws {RangeError} where the target has no surface
    */
   anchor(u, v, options) {
     const anchor = new Anchor(this.target.mesh, u, v, options);
-    this.#anchors.push(anchor);
     this.add(anchor);
     return anchor;
   }
@@ -90,7 +87,9 @@ export class Sheet extends Group {
     const seen = tracked.of(this.target);
     if (!seen?.mesh) {
       this.visible = false;
-      for (const anchor of this.#anchors) anchor.lose();
+      // What covered it may be gone when it is found again.
+      this.#light?.covering.reset();
+      for (const anchor of this.#anchors()) anchor.lose();
       return;
     }
     this.show(seen.mesh, atMs);
@@ -106,7 +105,7 @@ export class Sheet extends Group {
    */
   show(mesh, atMs = performance.now()) {
     this.geometry.update(mesh);
-    for (const anchor of this.#anchors) anchor.follow(this.geometry, atMs);
+    for (const anchor of this.#anchors()) anchor.follow(this.geometry, atMs);
     this.visible = true;
   }
 
@@ -114,6 +113,10 @@ export class Sheet extends Group {
   dispose() {
     this.geometry.dispose();
     for (const mesh of [this.occluder, this.paper]) /** @type {Material | undefined} */ (mesh?.material)?.dispose();
+  }
+
+  #anchors() {
+    return this.children.filter((child) => child instanceof Anchor);
   }
 
   /**

@@ -5,7 +5,7 @@ import { existsSync, readFileSync } from "node:fs";
 import { dirname, join } from "node:path";
 import { test } from "node:test";
 import { fileURLToPath } from "node:url";
-import { Matrix4, Quaternion, Raycaster, Vector2, Vector3 } from "three";
+import { Matrix4, PerspectiveCamera, Quaternion, Raycaster, Vector2, Vector3 } from "three";
 
 import { SurfaceMesh, verticesInImage } from "deepsft";
 import { FrameBackground, FrameCamera, Sheet, SurfaceGeometry, turnedFrame } from "deepsft/three";
@@ -221,6 +221,59 @@ test("the background closes a frame when the next one is shown, and the last whe
   assert.deepEqual([closed, background.visible], [["first", "second"], false]);
 });
 
+test("the background draws nothing through a camera that is none of ours, and says so once", (t) => {
+  const said = t.mock.method(console, "warn", () => undefined);
+  const background = new FrameBackground();
+  background.show({ frame: { width: 1280, height: 720 } });
+  const seen = (camera) => {
+    background.onBeforeRender(null, null, camera);
+    const { u_region, u_camera } = background.material.uniforms;
+    return [...u_region.value.toArray(), u_camera.value.x];
+  };
+  const camera = new FrameCamera();
+  const isBeyond = (region) => region.slice(0, 4).every((x) => x < 0) && region[4] !== 0;
+  assert.ok(isBeyond(seen(camera)), "no frame was told yet");
+  assert.equal(said.mock.callCount(), 0);
+  camera.setIntrinsics(INTRINSICS, { width: 640, height: 360 });
+  assert.deepEqual(seen(camera), [0, 0, 1280, 720, INTRINSICS.fx]);
+  for (let i = 0; i < 2; i++) assert.ok(isBeyond(seen(new PerspectiveCamera())));
+  assert.equal(said.mock.callCount(), 1);
+  assert.deepEqual(seen(camera).slice(0, 4), [0, 0, 1280, 720]);
+});
+
+test("an anchor that was removed from its sheet is posed no more", () => {
+  const { topology, mesh } = sheetMesh();
+  const target = targetOf(topology);
+  const sheet = new Sheet(target);
+  const anchor = sheet.anchor(0.5, 0.5);
+  sheet.remove(anchor);
+  sheet.update(trackedOf(target, mesh), 0);
+  assert.equal(anchor.visible, false);
+});
+
+test("what covered the print when it was lost does not cover it when it is found again", (t) => {
+  // The light is read from a small copy of the frame.
+  globalThis.OffscreenCanvas = class {
+    getContext = () => ({ canvas: this, drawImage: () => undefined, getImageData: (x, y, width, height) => ({ data: new Uint8ClampedArray(4 * width * height).fill(200), width, height }) });
+  };
+  t.after(() => delete globalThis.OffscreenCanvas);
+  const { topology, mesh } = sheetMesh();
+  const target = targetOf(topology);
+  const { data } = target.texture;
+  for (let i = 0; i < data.length; i += 8) data.fill(0, i, i + 3);
+  const sheet = new Sheet(target, { map: {} });
+  const covered = Object.assign(Object.create(mesh), { confidence: mesh.confidence.map(() => 0) });
+  const frame = { width: 1280, height: 720 };
+  const shown = (seen, correlation) => {
+    sheet.update({ of: () => ({ target, mesh: seen, correlation }), frame, camera: INTRINSICS }, 0);
+    return sheet.geometry.getAttribute("color").getW(20);
+  };
+  for (let i = 0; i < 8; i++) shown(covered, 0.9);
+  assert.equal(shown(covered, 0.9), 0);
+  shown(null, 0);
+  assert.equal(shown(mesh, 0.5), 1);
+});
+
 /** All modules that a module of the package loads, itself included, and what else it asks for by name. */
 function loadedBy(file) {
   const [files, names, left] = [new Set(), new Set(), [file]];
@@ -234,6 +287,11 @@ function loadedBy(file) {
   }
   return { files: files.size, names: [...names] };
 }
+
+test("a new three.js, which comes each month, does not break the installation", () => {
+  const { peerDependencies } = JSON.parse(readFileSync(new URL("../../package.json", import.meta.url), "utf8"));
+  assert.match(peerDependencies.three, /^>=[\d.]+$/);
+});
 
 test("only deepsft/three needs three.js, and nothing needs a page to be imported", () => {
   // That Node.js, which has none of these, has imported all of it is the other half of the proof.

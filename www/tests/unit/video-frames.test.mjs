@@ -80,6 +80,32 @@ test("it says whether a frame waits, and when one last went by untaken", async (
   assert.equal(frames.missedAt, 30);
 });
 
+test("where the browser does not tell, a picture that stays, as of a paused video, is taken once", async (t) => {
+  const screen = [];
+  globalThis.requestAnimationFrame = (callback) => screen.push(callback);
+  t.after(() => delete globalThis.requestAnimationFrame);
+  const refresh = (at) => screen.splice(0).forEach((callback) => callback(at));
+  const video = Object.assign(new EventTarget(), { readyState: 0, HAVE_CURRENT_DATA: 2, currentTime: 0 });
+  const frames = new VideoFrames(video);
+  refresh(10);
+  assert.equal(frames.waiting, false, "it has no picture yet");
+  video.readyState = 4;
+  for (const at of [20, 30, 40]) refresh(at);
+  assert.deepEqual([await frames.next(), frames.waiting, frames.missedAt], [20, false, -Infinity]);
+  video.currentTime = 0.04;
+  refresh(50);
+  assert.equal(await frames.next(), 50);
+  video.getVideoPlaybackQuality = () => ({ totalVideoFrames: 7 });
+  for (const at of [60, 70]) {
+    refresh(at);
+    video.currentTime += 0.01;
+  }
+  assert.deepEqual([await frames.next(), frames.waiting, frames.missedAt], [60, false, -Infinity]);
+  frames.stop();
+  refresh(80);
+  assert.equal(screen.length, 0);
+});
+
 test("frames that cannot be read are borne, other errors are not, and neither are failures without end", (t) => {
   t.mock.timers.enable({ apis: ["Date"] });
   const clock = t.mock.method(performance, "now", () => Date.now());

@@ -31,9 +31,9 @@ export declare class KeptFiles {
      */
     keep(name: string, sha256: string, bytes: Uint8Array<ArrayBuffer>): Promise<void>;
     /**
-     * Throws away what the folder held before.
+     * Throws away what the model held before. Folders that it has no file in now may be another model's.
      *
-     * @param {Map<string, string>} hashes by name, of the files that the folder holds now
+     * @param {Map<string, string>} hashes by name, of the files that the model holds now
      */
     drop(hashes: Map<string, string>): Promise<void>;
 }

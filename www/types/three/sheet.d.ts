@@ -46,7 +46,7 @@ export declare class Sheet extends Group {
      * @param {number} u from the print's left border to its right, 0 to 1
      * @param {number} v from its top to its bottom
      * @param {{ smooth?: boolean }} [options] as in {@link Anchor}
-     * @returns {Anchor} a child of the sheet
+     * @returns {Anchor} a child of the sheet: `sheet.remove(anchor)` lets it go
      * @throws {RangeError} where the target has no surface
      */
     anchor(u: number, v: number, options?: {
