@@ -115,17 +115,12 @@ async function measureTracking([prints, files, camera, warmUpS, seconds]) {
   const video = document.body.appendChild(document.createElement("video"));
   const stream = await deepsft.openCamera(video);
   const frames = [];
-  const tracking = sft.trackMesh(
-    video,
-    (tracked) => {
-      const followed = tracked.targets.filter(({ found, held }) => found && !held).length;
-      frames.push({ at: performance.now(), followed, trackMs: tracked.times.trackMs, findersPerS: tracked.networkFps });
-      tracked.close();
-    },
-    { camera },
-  );
-  await new Promise((resolve) => setTimeout(resolve, 1000 * (warmUpS + seconds)));
-  tracking.stop();
+  const session = sft.follow(video, { camera });
+  setTimeout(() => session.close(), 1000 * (warmUpS + seconds));
+  for await (const { targets, times, networkFps } of session) {
+    const followed = targets.filter(({ found, held }) => found && !held).length;
+    frames.push({ at: performance.now(), followed, trackMs: times.trackMs, findersPerS: networkFps });
+  }
   stream.stop();
   const measured = frames.filter(({ at }) => at > frames.at(-1).at - 1000 * seconds);
   const median = (values) => values.toSorted((a, b) => a - b)[values.length >> 1];

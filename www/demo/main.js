@@ -241,8 +241,6 @@ function createLive() {
     shown();
     calibration.add(estimate);
   };
-  // Kept in this browser, and what the frames after this one are measured with.
-  created.onFocal = ({ width, height, focal, spread }) => source?.stream?.calibrate(width, height, focal, spread);
   created.onDraw = () => shots.add(scene);
   created.onMesh = (mesh, camera, atOnce) => measures.show(mesh, camera, atOnce);
   created.onFrame = () => subjects.kind === "picture" && shown();
@@ -273,7 +271,7 @@ function startVideo(kind, open) {
     await subject;
     if (!current()) return;
     showWaiting("Looking at the first frame");
-    await live.follow(view.video, opened.camera);
+    await live.follow(view.video, opened);
   });
 }
 

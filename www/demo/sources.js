@@ -26,7 +26,7 @@ const CLIP_CAMERA_URL = "demo/clip.json";
  */
 export async function cameraSource(video) {
   const stream = await openCamera(video, rememberedCamera());
-  return { kind: "camera", camera: stream.intrinsics, stream, stop: () => stream.stop() };
+  return { kind: "camera", camera: undefined, stream, stop: () => stream.stop() };
 }
 
 /**

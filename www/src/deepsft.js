@@ -8,14 +8,12 @@ import { FrameRequests } from "./frame-requests.js";
 import { Scan, scanFiles } from "./targets/scan.js";
 import { Target, unknownTarget } from "./targets/target.js";
 import { isSamePicture, pictureSource, templateSource, unusable } from "./targets/target-source.js";
-import { MeshTracking } from "./tracking/mesh-tracking.js";
 import { LastingTracker } from "./tracking/lasting-tracker.js";
+import { Session } from "./tracking/session.js";
 import { TrackerWorker } from "./tracking/tracker-worker.js";
-import { Tracking } from "./tracking/tracking.js";
 
 /** @import { EstimateOptions } from "./frame-requests.js" */
 /** @import { Estimate } from "./results/estimate.js" */
-/** @import { FoundFocal } from "./tracking/mesh-tracking.js" */
 /** @import { LoadProgress } from "./engine/bundle.js" */
 /** @import { StartPlan } from "./engine/lasting-engine.js" */
 /** @import { ImageInput } from "./frames/image-input.js" */
@@ -23,8 +21,7 @@ import { Tracking } from "./tracking/tracking.js";
 /** @import { ScanInput } from "./targets/scan.js" */
 /** @import { TargetKind } from "./targets/target.js" */
 /** @import { TargetSource, TemplateInput } from "./targets/target-source.js" */
-/** @import { Question } from "./tracking/mesh-tracking.js" */
-/** @import { TrackedFrame } from "./results/tracked-frame.js" */
+/** @import { FrameSource, Question } from "./tracking/session.js" */
 /** @import { Smoothing } from "./tracking/tracker-worker.js" */
 
 /**
@@ -45,26 +42,24 @@ import { Tracking } from "./tracking/tracking.js";
  * @typedef {object} PictureOptions
  * @property {number} widthMm width of the print, without the paper's margins; 5 to 20,000
  * @property {number} [heightMm] its height; by the picture's sides when absent
- * @property {string} [name] for people; the file's own for a File
+ * @property {string} [name] for people; the file's own for a File and an address
+ * @property {AbortSignal} [signal] rejects with its reason, and no target is added
  */
 
 /**
- * @typedef {object} TrackMeshOptions
- * @property {Iterable<Target>} [targets] what to follow; all when absent
- * @property {CameraOption} [camera] estimated when absent
+ * @typedef {object} FollowOptions
+ * @property {Iterable<Target>} [targets] what to follow; when absent all there are, also those that are added later. With none the frames
+ *   are given all the same.
+ * @property {CameraOption} [camera] when absent that of the `CameraStream`, else estimated
+ * @property {boolean} [calibrate] whether the focal length is looked for where it is not known well: it is told as `focal`, and a `CameraStream`
+ *   is calibrated with it. Default: of a `CameraStream` true, else false. Depth is off by as much as the focal length is.
  * @property {boolean | Smoothing} [smooth] a One-Euro filter of each vertex, for content that must not tremble; `true`
  *   takes its defaults. Default: none.
  * @property {boolean} [software] whether the browser draws with the processor, for it has no GPU: frames are then read from the video's
  *   memory where they lie there, rather than drawn. Default false.
- * @property {(target: Target, tracked: TrackedFrame) => void} [onFound] a target is found; called before the callback for that
- *   frame, which owns the frame
- * @property {(target: Target, tracked: TrackedFrame) => void} [onLost] a target is found no longer; likewise
+ * @property {AbortSignal} [signal] ends the session; the loop over its frames then throws the signal's reason
  * @property {(estimate: Estimate, frame: number) => void} [onEstimate] is given each answer of the model's network, with the number
  *   of its frame, and owns it: call its `close()` when done
- * @property {(focal: FoundFocal) => void} [onFocal] is told the camera's focal length once the moving, bending sheet has given it
- *   away, to 1.5 % or better, and again as it becomes surer, down to 0.5 %; only while `camera` is estimated, or calibrated with a
- *   greater `spread`. Have `camera` answer with it from then on (`CameraStream.calibrate` does): depth is off by as much as the focal
- *   length is.
  */
 
 /** What of a model's files the tracker needs. */
@@ -85,8 +80,8 @@ export class DeepSft {
   /** By number, with what they were made of. @type {Map<number, { target: Target, source: TargetSource }>} */
   #targets = new Map();
   #lastTarget = MODEL_TARGET;
-  /** @type {Set<Tracking | MeshTracking>} */
-  #trackings = new Set();
+  /** Those that run, and whether they follow all there is. @type {Map<Session, boolean>} */
+  #sessions = new Map();
 
   /**
    * Use {@link DeepSft.load}.
@@ -174,8 +169,7 @@ export class DeepSft {
    */
   async addPicture(image, options) {
     const source = await pictureSource(image, options ?? {});
-    const file = typeof File !== "undefined" && image instanceof File ? image.name : "picture";
-    return this.#addTarget("picture", options.name ?? file, source);
+    return this.#addTarget("picture", options.name ?? nameOf(image), source, options.signal);
   }
 
   /**
@@ -231,16 +225,18 @@ export class DeepSft {
       throw unusable("The model's own target cannot be removed; leave it out of the targets that are followed.");
     this.#targets.delete(id);
     this.#engine.removeTarget(id);
-    for (const tracking of this.#trackings) if (tracking instanceof MeshTracking) tracking.unfollow(target);
+    for (const session of this.#sessions.keys()) session.removeTarget(target);
   }
 
   /**
    * @param {TargetKind} kind
    * @param {string} name
    * @param {TargetSource} source
+   * @param {AbortSignal} [signal]
    */
-  async #addTarget(kind, name, source) {
+  async #addTarget(kind, name, source, signal) {
     const refuseTwins = () => {
+      signal?.throwIfAborted();
       const twin = [...this.#targets.values()].find((known) => isSamePicture(known.source, source));
       if (twin) throw unusable(`This picture is a target already ("${twin.target.name}"): the two could not be told apart.`);
     };
@@ -255,6 +251,7 @@ export class DeepSft {
     }
     const target = new Target(id, name, kind, description);
     this.#targets.set(id, { target, source });
+    for (const [session, followsAll] of this.#sessions) if (followsAll) session.addTarget(target);
     return target;
   }
 
@@ -292,82 +289,50 @@ export class DeepSft {
   }
 
   /**
-   * The same for a video. One frame is in flight at a time and the newest one wins: called while a frame is under
-   * way, this waits and then takes the frame the video shows at that moment; called again before that, the earlier
-   * call resolves to null.
-   *
-   * @param {HTMLVideoElement | VideoFrame | HTMLCanvasElement | OffscreenCanvas} video
-   * @param {EstimateOptions} [options]
-   * @returns {Promise<Estimate | null>} null when a newer call took its place
-   * @throws {DeepSftError} as {@link DeepSft.estimate}
-   */
-  estimateForVideo(video, options = {}) {
-    return this.#requests.estimateNewest(video, options);
-  }
-
-  /**
-   * Estimates frame after frame of a video, each newest one, until stopped.
-   *
-   * @param {HTMLVideoElement} video
-   * @param {(estimate: Estimate) => void} onEstimate owns the estimate: call its `close()` when done
-   * @param {EstimateOptions} [options]
-   * @returns {Tracking}
-   */
-  track(video, onEstimate, options = {}) {
-    return this.#running(new Tracking(video, () => this.estimateForVideo(video, options), onEstimate));
-  }
-
-  /**
    * Follows the meshes of targets through a video at the camera's rate: a tracker in a worker of its own takes each newest
    * frame, and the finders, beside it and at their own rate, tell it where to start, confirm it, and find
    * targets again that were lost.
    *
-   * @param {HTMLVideoElement} video
-   * @param {(tracked: TrackedFrame) => void} onTracked owns the frame: call its `close()` when done
-   * @param {TrackMeshOptions} [options]
-   * @returns {MeshTracking}
+   * @param {FrameSource} source
+   * @param {FollowOptions} [options]
+   * @returns {Session} of frames, to be iterated: `for await (const frame of session)`
    * @throws {DeepSftError} `closed`, `engine-load`, `target-unknown`
    * @throws {RangeError} for a `smooth` that is none
    */
-  trackMesh(video, onTracked, { targets: wanted, camera, smooth = false, software = false, ...callbacks } = {}) {
+  follow(source, { targets: wanted, smooth = false, signal, ...options } = {}) {
+    signal?.throwIfAborted();
     if (this.#engine.closed) throw closedError();
     const targets = [...new Set(wanted ?? this.targets)].map((target) => this.#chosen(target));
-    if (targets.length === 0) throw unknownTarget("There is nothing to follow: load a model, or add a picture.");
     const { request, workerUrl, timeoutMs } = this.#plan;
-    const sources = targets.flatMap(({ id }) => {
-      const known = this.#targets.get(id);
-      return known ? [{ id, source: known.source }] : [];
-    });
-    const start = {
-      module: request.module,
-      targets: sources,
+    const session = new Session(source, {
+      ...options,
+      ...{ targets, signal, module: request.module },
       smooth: smooth === true ? {} : smooth ? checkedSmoothing(smooth) : null,
-    };
-    const find = (/** @type {Question} */ question) => this.#requests.find(question, callbacks.onEstimate !== undefined);
-    const tracker = new LastingTracker(() => new TrackerWorker(workerUrl, timeoutMs));
-    return this.#running(new MeshTracking(video, { ...callbacks, onTracked, targets, tracker, start, find, camera, software }));
-  }
-
-  /**
-   * Remembers a loop until it ends, to end it with the rest.
-   *
-   * @template {Tracking | MeshTracking} T
-   * @param {T} tracking
-   * @returns {T}
-   */
-  #running(tracking) {
-    this.#trackings.add(tracking);
-    // In the chain rather than beside it: an error that nobody waits for is then reported by the browser, once.
-    tracking.finished = tracking.finished.finally(() => this.#trackings.delete(tracking));
-    return tracking;
+      tracker: new LastingTracker(() => new TrackerWorker(workerUrl, timeoutMs)),
+      sourceOf: (target) => ({ id: this.#chosen(target).id, source: /** @type {{ source: TargetSource }} */ (this.#targets.get(target.id)).source }),
+      find: (/** @type {Question} */ question) => this.#requests.find(question, options.onEstimate !== undefined),
+    });
+    if (!session.closed) this.#sessions.set(session, wanted === undefined);
+    session.addEventListener("ended", () => this.#sessions.delete(session));
+    return session;
   }
 
   /** Stops the worker and lets everything go; what is under way rejects with `closed`. */
   close() {
-    for (const tracking of this.#trackings) tracking.stop();
+    for (const session of this.#sessions.keys()) session.close();
     this.#engine.close();
   }
+}
 
+/**
+ * The name of an image's file.
+ *
+ * @param {ImageInput} image
+ */
+function nameOf(image) {
+  if (typeof File !== "undefined" && image instanceof File) return image.name;
+  if (typeof image !== "string" && !(image instanceof URL)) return "picture";
+  return /([^/?#]+)\/?(?:[?#].*)?$/.exec(String(image))?.[1] ?? "picture";
 }
 
 /**

@@ -1,23 +1,25 @@
 // Frames that the engine works on, one after the other.
 
+import { unlessAborted } from "./abort.js";
 import { cameraForFrame, centredCamera, intrinsicsOf } from "./camera/intrinsics.js";
 import { closedError } from "./engine/lasting-engine.js";
 import { canonicalIntrinsics } from "./frames/canonical-frame.js";
-import { closeFrame, transferableFrame } from "./frames/image-input.js";
+import { closeFrame, readImage, transferableFrame } from "./frames/image-input.js";
 import { Estimate } from "./results/estimate.js";
 
 /** @import { CameraOption, SourcedCamera } from "./camera/intrinsics.js" */
 /** @import { EngineWorker, MeshRequest, RawAnswer, RawEstimate } from "./engine/engine-worker.js" */
 /** @import { LastingEngine } from "./engine/lasting-engine.js" */
-/** @import { ImageInput } from "./frames/image-input.js" */
+/** @import { ImageInput, ReadImage } from "./frames/image-input.js" */
 /** @import { Target } from "./targets/target.js" */
-/** @import { Question } from "./tracking/mesh-tracking.js" */
+/** @import { Question } from "./tracking/session.js" */
 
 /**
  * @typedef {object} EstimateOptions
  * @property {Target} [target] what to look for; when absent the model's own target, else the only one there is
  * @property {CameraOption} [camera] when absent what a photograph's EXIF data tell, if the image is a Blob or File with some; else
  *   estimated
+ * @property {AbortSignal} [signal] rejects at once with its reason
  * @property {boolean} [fit] fits the target's mesh to the image, starting from the network's maps,
  *   and gives the maps of that mesh; where it explains the image no better the network's own stay. Default false. What is found
  *   by its features is fitted in any case.
@@ -29,9 +31,6 @@ export class FrameRequests {
   #chosen;
   /** @type {Promise<unknown>} settles when the requests so far are done */
   #inFlight = Promise.resolve();
-  #waiting = 0;
-  /** Number of the newest call for a video. */
-  #newestCall = 0;
 
   /**
    * @param {LastingEngine} engine
@@ -47,25 +46,11 @@ export class FrameRequests {
    * @param {EstimateOptions} options
    * @returns {Promise<Estimate>}
    */
-  estimate(image, options) {
+  async estimate(image, { signal, ...options }) {
     const began = performance.now();
-    return this.#inTurn(() => this.#run(image, options, began));
-  }
-
-  /**
-   * The estimate of what a video shows when the frame under way is done.
-   *
-   * @param {ImageInput} video
-   * @param {EstimateOptions} options
-   * @returns {Promise<Estimate | null>} null when a newer call took its place
-   */
-  async estimateNewest(video, options) {
-    const call = ++this.#newestCall;
-    while (this.#waiting > 0) {
-      await this.#inFlight;
-      if (call !== this.#newestCall) return null;
-    }
-    return this.estimate(video, options);
+    const picture = await readImage(image, signal);
+    const wanted = () => (signal?.throwIfAborted(), this.#run(picture, options, began));
+    return unlessAborted(this.#inTurn(wanted), signal, (estimate) => estimate.close());
   }
 
   /**
@@ -87,14 +72,13 @@ export class FrameRequests {
    * @returns {Promise<T>}
    */
   #inTurn(request) {
-    this.#waiting++;
-    const turn = this.#inFlight.then(request).finally(() => this.#waiting--);
+    const turn = this.#inFlight.then(request);
     this.#inFlight = turn.catch(() => undefined);
     return turn;
   }
 
   /**
-   * @param {ImageInput} image
+   * @param {ReadImage} image
    * @param {EstimateOptions} options
    * @param {number} began
    * @returns {Promise<Estimate>}
@@ -169,7 +153,7 @@ export class FrameRequests {
  * The camera that the file of a photograph tells of, for the picture as browsers show it, turned upright.
  *
  * @param {EngineWorker} worker
- * @param {ImageInput} image
+ * @param {ReadImage} image
  * @param {{ width: number, height: number }} size of the image, pixels
  * @returns {Promise<SourcedCamera | undefined>}
  */

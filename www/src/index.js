@@ -18,14 +18,13 @@ export { Estimate, EstimateMap } from "./results/estimate.js";
 export { FocalCalibration } from "./calibration/focal-calibration.js";
 export { PAPER_CAMERAS, TYPICAL_FOCAL_FRACTION, estimatedCamera } from "./camera/intrinsics.js";
 export { isPrintOutline, printAspect, rectifyPicture } from "./calibration/rectify.js";
-export { MeshTracking } from "./tracking/mesh-tracking.js";
+export { Session } from "./tracking/session.js";
 export { measureSheet } from "./results/measures.js";
 export { SurfaceMesh } from "./results/surface-mesh.js";
 export { Scan } from "./targets/scan.js";
 export { SurfacePose } from "./results/surface-pose.js";
 export { Target } from "./targets/target.js";
 export { TrackedFrame, TrackedTarget } from "./results/tracked-frame.js";
-export { Tracking } from "./tracking/tracking.js";
 
 /** @typedef {import("./engine/bundle.js").LoadProgress} LoadProgress */
 /** @typedef {import("./camera/camera-stream.js").ListedCamera} ListedCamera */
@@ -34,7 +33,7 @@ export { Tracking } from "./tracking/tracking.js";
 /** @typedef {import("./frame-requests.js").EstimateOptions} EstimateOptions */
 /** @typedef {import("./deepsft.js").LoadOptions} LoadOptions */
 /** @typedef {import("./deepsft.js").PictureOptions} PictureOptions */
-/** @typedef {import("./deepsft.js").TrackMeshOptions} TrackMeshOptions */
+/** @typedef {import("./deepsft.js").FollowOptions} FollowOptions */
 /** @typedef {import("./engine/engine-worker.js").EngineInfo} EngineInfo */
 /** @typedef {import("./engine/engine-worker.js").MeshTopology} MeshTopology */
 /** @typedef {import("./engine/engine-worker.js").PictureGrade} PictureGrade */
@@ -51,5 +50,9 @@ export { Tracking } from "./tracking/tracking.js";
 /** @typedef {import("./targets/scan.js").ScanInput} ScanInput */
 /** @typedef {import("./targets/target.js").TargetKind} TargetKind */
 /** @typedef {import("./targets/target-source.js").TemplateInput} TemplateInput */
-/** @typedef {import("./tracking/mesh-tracking.js").FoundFocal} FoundFocal */
+/** @typedef {import("./frames/own-frames.js").OwnFrame} OwnFrame */
+/** @typedef {import("./frames/video-frames.js").StallReason} StallReason */
+/** @typedef {import("./tracking/session.js").FoundFocal} FoundFocal */
+/** @typedef {import("./tracking/session.js").FrameSource} FrameSource */
+/** @typedef {import("./tracking/session.js").SessionEvents} SessionEvents */
 /** @typedef {import("./tracking/tracker-worker.js").Smoothing} Smoothing */

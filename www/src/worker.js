@@ -3,12 +3,12 @@
 
 import { addTarget, estimate, exifFocal, find, mesh, readScan, removeTarget, start } from "./engine/engine-host.js";
 import { DeepSftError, asDeepSftError } from "./error.js";
-import { answer, follow, startTracker, trackedMaps, unfollow } from "./tracking/tracker-host.js";
+import { answer, follow, startTracker, trackTarget, trackedMaps, untrackTarget } from "./tracking/tracker-host.js";
 
 /** @type {Readonly<Record<string, (request: any) => unknown>>} */
 const METHODS = {
   ...{ start, addTarget, removeTarget, exifFocal, readScan, estimate, find, mesh },
-  ...{ startTracker, unfollow, follow, answer, trackedMaps },
+  ...{ startTracker, trackTarget, untrackTarget, follow, answer, trackedMaps },
 };
 
 /** Whether the module has trapped outside of the calls below: its promises are rejected, and nothing of it works any more. */

@@ -1,18 +1,16 @@
 import { LastingEngine } from "./engine/lasting-engine.js";
 import { Scan } from "./targets/scan.js";
 import { Target } from "./targets/target.js";
-import { MeshTracking } from "./tracking/mesh-tracking.js";
-import { Tracking } from "./tracking/tracking.js";
+import { Session } from "./tracking/session.js";
 import type { EstimateOptions } from "./frame-requests.js";
 import type { Estimate } from "./results/estimate.js";
-import type { FoundFocal } from "./tracking/mesh-tracking.js";
 import type { LoadProgress } from "./engine/bundle.js";
 import type { StartPlan } from "./engine/lasting-engine.js";
 import type { ImageInput } from "./frames/image-input.js";
 import type { CameraOption } from "./camera/intrinsics.js";
 import type { ScanInput } from "./targets/scan.js";
 import type { TemplateInput } from "./targets/target-source.js";
-import type { TrackedFrame } from "./results/tracked-frame.js";
+import type { FrameSource } from "./tracking/session.js";
 import type { Smoothing } from "./tracking/tracker-worker.js";
 export type LoadOptions = {
     /**
@@ -54,19 +52,29 @@ export type PictureOptions = {
      */
     heightMm?: number;
     /**
-     * for people; the file's own for a File
+     * for people; the file's own for a File and an address
      */
     name?: string;
-};
-export type TrackMeshOptions = {
     /**
-     * what to follow; all when absent
+     * rejects with its reason, and no target is added
+     */
+    signal?: AbortSignal;
+};
+export type FollowOptions = {
+    /**
+     * what to follow; when absent all there are, also those that are added later. With none the frames
+     * are given all the same.
      */
     targets?: Iterable<Target>;
     /**
-     * estimated when absent
+     * when absent that of the `CameraStream`, else estimated
      */
     camera?: CameraOption;
+    /**
+     * whether the focal length is looked for where it is not known well: it is told as `focal`, and a `CameraStream`
+     * is calibrated with it. Default: of a `CameraStream` true, else false. Depth is off by as much as the focal length is.
+     */
+    calibrate?: boolean;
     /**
      * a One-Euro filter of each vertex, for content that must not tremble; `true`
      * takes its defaults. Default: none.
@@ -78,26 +86,14 @@ export type TrackMeshOptions = {
      */
     software?: boolean;
     /**
-     * a target is found; called before the callback for that
-     * frame, which owns the frame
+     * ends the session; the loop over its frames then throws the signal's reason
      */
-    onFound?: (target: Target, tracked: TrackedFrame) => void;
-    /**
-     * a target is found no longer; likewise
-     */
-    onLost?: (target: Target, tracked: TrackedFrame) => void;
+    signal?: AbortSignal;
     /**
      * is given each answer of the model's network, with the number
      * of its frame, and owns it: call its `close()` when done
      */
     onEstimate?: (estimate: Estimate, frame: number) => void;
-    /**
-     * is told the camera's focal length once the moving, bending sheet has given it
-     * away, to 1.5 % or better, and again as it becomes surer, down to 0.5 %; only while `camera` is estimated, or calibrated with a
-     * greater `spread`. Have `camera` answer with it from then on (`CameraStream.calibrate` does): depth is off by as much as the focal
-     * length is.
-     */
-    onFocal?: (focal: FoundFocal) => void;
 };
 /** Shape from template on a worker of its own. */
 export declare class DeepSft {
@@ -193,38 +189,17 @@ export declare class DeepSft {
      */
     estimate(image: ImageInput, options?: EstimateOptions): Promise<Estimate>;
     /**
-     * The same for a video. One frame is in flight at a time and the newest one wins: called while a frame is under
-     * way, this waits and then takes the frame the video shows at that moment; called again before that, the earlier
-     * call resolves to null.
-     *
-     * @param {HTMLVideoElement | VideoFrame | HTMLCanvasElement | OffscreenCanvas} video
-     * @param {EstimateOptions} [options]
-     * @returns {Promise<Estimate | null>} null when a newer call took its place
-     * @throws {DeepSftError} as {@link DeepSft.estimate}
-     */
-    estimateForVideo(video: HTMLVideoElement | VideoFrame | HTMLCanvasElement | OffscreenCanvas, options?: EstimateOptions): Promise<Estimate | null>;
-    /**
-     * Estimates frame after frame of a video, each newest one, until stopped.
-     *
-     * @param {HTMLVideoElement} video
-     * @param {(estimate: Estimate) => void} onEstimate owns the estimate: call its `close()` when done
-     * @param {EstimateOptions} [options]
-     * @returns {Tracking}
-     */
-    track(video: HTMLVideoElement, onEstimate: (estimate: Estimate) => void, options?: EstimateOptions): Tracking;
-    /**
      * Follows the meshes of targets through a video at the camera's rate: a tracker in a worker of its own takes each newest
      * frame, and the finders, beside it and at their own rate, tell it where to start, confirm it, and find
      * targets again that were lost.
      *
-     * @param {HTMLVideoElement} video
-     * @param {(tracked: TrackedFrame) => void} onTracked owns the frame: call its `close()` when done
-     * @param {TrackMeshOptions} [options]
-     * @returns {MeshTracking}
+     * @param {FrameSource} source
+     * @param {FollowOptions} [options]
+     * @returns {Session} of frames, to be iterated: `for await (const frame of session)`
      * @throws {DeepSftError} `closed`, `engine-load`, `target-unknown`
      * @throws {RangeError} for a `smooth` that is none
      */
-    trackMesh(video: HTMLVideoElement, onTracked: (tracked: TrackedFrame) => void, { targets: wanted, camera, smooth, software, ...callbacks }?: TrackMeshOptions): MeshTracking;
+    follow(source: FrameSource, { targets: wanted, smooth, signal, ...options }?: FollowOptions): Session;
     /** Stops the worker and lets everything go; what is under way rejects with `closed`. */
     close(): void;
 }

@@ -4,7 +4,7 @@ import type { RawAnswer } from "./engine/engine-worker.js";
 import type { LastingEngine } from "./engine/lasting-engine.js";
 import type { ImageInput } from "./frames/image-input.js";
 import type { Target } from "./targets/target.js";
-import type { Question } from "./tracking/mesh-tracking.js";
+import type { Question } from "./tracking/session.js";
 export type EstimateOptions = {
     /**
      * what to look for; when absent the model's own target, else the only one there is
@@ -16,6 +16,10 @@ export type EstimateOptions = {
      */
     camera?: CameraOption;
     /**
+     * rejects at once with its reason
+     */
+    signal?: AbortSignal;
+    /**
      * fits the target's mesh to the image, starting from the network's maps,
      * and gives the maps of that mesh; where it explains the image no better the network's own stay. Default false. What is found
      * by its features is fitted in any case.
@@ -25,14 +29,15 @@ export type EstimateOptions = {
 /** @import { CameraOption, SourcedCamera } from "./camera/intrinsics.js" */
 /** @import { EngineWorker, MeshRequest, RawAnswer, RawEstimate } from "./engine/engine-worker.js" */
 /** @import { LastingEngine } from "./engine/lasting-engine.js" */
-/** @import { ImageInput } from "./frames/image-input.js" */
+/** @import { ImageInput, ReadImage } from "./frames/image-input.js" */
 /** @import { Target } from "./targets/target.js" */
-/** @import { Question } from "./tracking/mesh-tracking.js" */
+/** @import { Question } from "./tracking/session.js" */
 /**
  * @typedef {object} EstimateOptions
  * @property {Target} [target] what to look for; when absent the model's own target, else the only one there is
  * @property {CameraOption} [camera] when absent what a photograph's EXIF data tell, if the image is a Blob or File with some; else
  *   estimated
+ * @property {AbortSignal} [signal] rejects at once with its reason
  * @property {boolean} [fit] fits the target's mesh to the image, starting from the network's maps,
  *   and gives the maps of that mesh; where it explains the image no better the network's own stay. Default false. What is found
  *   by its features is fitted in any case.
@@ -50,15 +55,7 @@ export declare class FrameRequests {
      * @param {EstimateOptions} options
      * @returns {Promise<Estimate>}
      */
-    estimate(image: ImageInput, options: EstimateOptions): Promise<Estimate>;
-    /**
-     * The estimate of what a video shows when the frame under way is done.
-     *
-     * @param {ImageInput} video
-     * @param {EstimateOptions} options
-     * @returns {Promise<Estimate | null>} null when a newer call took its place
-     */
-    estimateNewest(video: ImageInput, options: EstimateOptions): Promise<Estimate | null>;
+    estimate(image: ImageInput, { signal, ...options }: EstimateOptions): Promise<Estimate>;
     /**
      * Has the finders look for targets in a frame.
      *

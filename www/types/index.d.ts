@@ -8,14 +8,13 @@ export { Estimate, EstimateMap } from "./results/estimate.js";
 export { FocalCalibration } from "./calibration/focal-calibration.js";
 export { PAPER_CAMERAS, TYPICAL_FOCAL_FRACTION, estimatedCamera } from "./camera/intrinsics.js";
 export { isPrintOutline, printAspect, rectifyPicture } from "./calibration/rectify.js";
-export { MeshTracking } from "./tracking/mesh-tracking.js";
+export { Session } from "./tracking/session.js";
 export { measureSheet } from "./results/measures.js";
 export { SurfaceMesh } from "./results/surface-mesh.js";
 export { Scan } from "./targets/scan.js";
 export { SurfacePose } from "./results/surface-pose.js";
 export { Target } from "./targets/target.js";
 export { TrackedFrame, TrackedTarget } from "./results/tracked-frame.js";
-export { Tracking } from "./tracking/tracking.js";
 export type LoadProgress = import("./engine/bundle.js").LoadProgress;
 export type ListedCamera = import("./camera/camera-stream.js").ListedCamera;
 export type Facing = import("./camera/request.js").Facing;
@@ -23,7 +22,7 @@ export type OpenCameraOptions = import("./camera/request.js").OpenCameraOptions;
 export type EstimateOptions = import("./frame-requests.js").EstimateOptions;
 export type LoadOptions = import("./deepsft.js").LoadOptions;
 export type PictureOptions = import("./deepsft.js").PictureOptions;
-export type TrackMeshOptions = import("./deepsft.js").TrackMeshOptions;
+export type FollowOptions = import("./deepsft.js").FollowOptions;
 export type EngineInfo = import("./engine/engine-worker.js").EngineInfo;
 export type MeshTopology = import("./engine/engine-worker.js").MeshTopology;
 export type PictureGrade = import("./engine/engine-worker.js").PictureGrade;
@@ -40,7 +39,11 @@ export type TrackedTimes = import("./results/tracked-frame.js").TrackedTimes;
 export type ScanInput = import("./targets/scan.js").ScanInput;
 export type TargetKind = import("./targets/target.js").TargetKind;
 export type TemplateInput = import("./targets/target-source.js").TemplateInput;
-export type FoundFocal = import("./tracking/mesh-tracking.js").FoundFocal;
+export type OwnFrame = import("./frames/own-frames.js").OwnFrame;
+export type StallReason = import("./frames/video-frames.js").StallReason;
+export type FoundFocal = import("./tracking/session.js").FoundFocal;
+export type FrameSource = import("./tracking/session.js").FrameSource;
+export type SessionEvents = import("./tracking/session.js").SessionEvents;
 export type Smoothing = import("./tracking/tracker-worker.js").Smoothing;
 /** @typedef {import("./engine/bundle.js").LoadProgress} LoadProgress */
 /** @typedef {import("./camera/camera-stream.js").ListedCamera} ListedCamera */
@@ -49,7 +52,7 @@ export type Smoothing = import("./tracking/tracker-worker.js").Smoothing;
 /** @typedef {import("./frame-requests.js").EstimateOptions} EstimateOptions */
 /** @typedef {import("./deepsft.js").LoadOptions} LoadOptions */
 /** @typedef {import("./deepsft.js").PictureOptions} PictureOptions */
-/** @typedef {import("./deepsft.js").TrackMeshOptions} TrackMeshOptions */
+/** @typedef {import("./deepsft.js").FollowOptions} FollowOptions */
 /** @typedef {import("./engine/engine-worker.js").EngineInfo} EngineInfo */
 /** @typedef {import("./engine/engine-worker.js").MeshTopology} MeshTopology */
 /** @typedef {import("./engine/engine-worker.js").PictureGrade} PictureGrade */
@@ -66,5 +69,9 @@ export type Smoothing = import("./tracking/tracker-worker.js").Smoothing;
 /** @typedef {import("./targets/scan.js").ScanInput} ScanInput */
 /** @typedef {import("./targets/target.js").TargetKind} TargetKind */
 /** @typedef {import("./targets/target-source.js").TemplateInput} TemplateInput */
-/** @typedef {import("./tracking/mesh-tracking.js").FoundFocal} FoundFocal */
+/** @typedef {import("./frames/own-frames.js").OwnFrame} OwnFrame */
+/** @typedef {import("./frames/video-frames.js").StallReason} StallReason */
+/** @typedef {import("./tracking/session.js").FoundFocal} FoundFocal */
+/** @typedef {import("./tracking/session.js").FrameSource} FrameSource */
+/** @typedef {import("./tracking/session.js").SessionEvents} SessionEvents */
 /** @typedef {import("./tracking/tracker-worker.js").Smoothing} Smoothing */

@@ -7,8 +7,9 @@ import { Covering, confirmed, seenFractions } from "./covering.js";
 import { depthRange, depthTicks } from "../graphics/heat.js";
 import { shadingOf, tintOf } from "../stage/shading.js";
 
-/** @import { CameraOption, Estimate, MeshTracking, SourcedCamera, SurfaceMesh, FoundFocal, TrackedFrame } from "deepsft" */
+/** @import { Estimate, Session, SourcedCamera, SurfaceMesh, TrackedFrame } from "deepsft" */
 /** @import { Hud } from "./hud.js" */
+/** @import { VideoSource } from "../sources.js" */
 /** @import { Subject } from "../subjects.js" */
 /** @import { Orbit } from "../graphics/orbit.js" */
 /** @import { PlainStage } from "../stage/plain-stage.js" */
@@ -54,8 +55,8 @@ export class Live {
   #subject = null;
   /** @type {TemplateLight | null} */
   #templateLight = null;
-  /** @type {MeshTracking | null} */
-  #tracking = null;
+  /** @type {Session | null} */
+  #session = null;
   #covering = new Covering();
   /** Of a picture, which has no mask. @type {PrintCovering | null} */
   #printCovering = null;
@@ -77,8 +78,6 @@ export class Live {
   #stopAnimation = () => undefined;
   /** @type {(estimate: Estimate) => void} */
   onEstimate = () => undefined;
-  /** @type {(focal: FoundFocal) => void} told what the camera's focal length is */
-  onFocal = () => undefined;
   /** @type {(tracked: TrackedFrame) => void} told of each frame of a video before it is closed */
   onFrame = () => undefined;
   /** @type {() => void} called when the stage has just been drawn */
@@ -115,21 +114,20 @@ export class Live {
    * Follows a video until stopped.
    *
    * @param {HTMLVideoElement} video
-   * @param {CameraOption | undefined} camera
+   * @param {VideoSource} source that plays in it
    * @returns {Promise<void>} rejects when something ends it
    */
-  async follow(video, camera) {
+  async follow(video, { stream, camera }) {
     const { sft, target } = this.#started();
     this.#animate();
     this.#trackedAt = performance.now();
-    this.#tracking = sft.trackMesh(video, (tracked) => this.#takeTracked(tracked), {
+    this.#session = sft.follow(stream ?? video, {
       targets: [target],
       camera,
       software: this.#stage.software,
       onEstimate: (estimate, frame) => this.#takeAnswer(estimate, frame),
-      onFocal: (focal) => this.onFocal(focal),
     });
-    await this.#tracking.finished;
+    for await (const tracked of this.#session) this.#takeTracked(tracked);
   }
 
   /**
@@ -164,8 +162,8 @@ export class Live {
 
   /** Ends what goes on and clears the stage. */
   stop() {
-    this.#tracking?.stop();
-    this.#tracking = null;
+    this.#session?.close();
+    this.#session = null;
     this.#stopAnimation();
     this.#stage.animated = false;
     this.#stage.clear();
@@ -229,7 +227,6 @@ export class Live {
     if (this.#started().kind === "picture" && began - this.#trackedAt > MISSING_MS) this.#hud.showMissing();
     this.onMesh(mesh, tracked.camera, false);
     this.onFrame(tracked);
-    tracked.close();
   }
 
   /**
@@ -265,7 +262,7 @@ export class Live {
     this.onEstimate(estimate);
     // After a lost GPU the engine may run elsewhere.
     this.#hud.showEngine(this.#started());
-    const draws = this.#tracking === null || this.#mapsAreShown();
+    const draws = this.#session === null || this.#mapsAreShown();
     let shading = null;
     if (estimate.found && this.#templateLight) {
       /** @type {Parameters<typeof shadingOf>} */

@@ -1,5 +1,6 @@
 // A camera that plays in a video element, and what interrupts it.
 
+import { unlessAborted } from "../abort.js";
 import { DeepSftError, asDeepSftError } from "../error.js";
 import { isSurer, readCalibration, writeCalibration } from "./calibration-store.js";
 import { centredCamera, estimatedCamera } from "./intrinsics.js";
@@ -28,28 +29,17 @@ const RETRIES_MS = [300, 1000, 3000];
  */
 export async function openCamera(video, { signal, ...wanted } = {}) {
   signal?.throwIfAborted();
-  const requested = requestStream(wanted);
-  let abort = () => {};
-  const aborted = new Promise((_, reject) => {
-    abort = () => reject(signal?.reason);
-    signal?.addEventListener("abort", abort, { once: true });
-  });
+  // A question to the person cannot be taken back; a camera that is allowed too late is freed at once.
+  const camera = new CameraStream(video, await unlessAborted(requestStream(wanted), signal, stopStream));
+  signal?.addEventListener("abort", () => camera.stop(), { signal: camera.stopped });
   try {
-    // A question to the person cannot be taken back; a camera that is allowed too late is freed at once.
-    const camera = new CameraStream(video, await Promise.race([requested, aborted]));
-    signal?.addEventListener("abort", () => camera.stop(), { signal: camera.stopped });
-    await camera.start().catch((error) => {
-      camera.stop();
-      throw error;
-    });
-    return camera;
+    await camera.start();
   } catch (error) {
-    requested.then(stopStream, () => undefined);
+    camera.stop();
     signal?.throwIfAborted();
     throw error;
-  } finally {
-    signal?.removeEventListener("abort", abort);
   }
+  return camera;
 }
 
 /**

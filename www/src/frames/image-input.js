@@ -2,10 +2,13 @@
 
 import { DeepSftError } from "../error.js";
 
+/** @typedef {HTMLVideoElement | HTMLImageElement | HTMLCanvasElement | OffscreenCanvas | ImageBitmap | ImageData | VideoFrame | Blob} ReadImage */
+
 /**
- * Images that are accepted. Compressed files go in as a Blob (a File is one).
+ * Images that are accepted. Compressed files go in as an address, relative to the page, or as a Blob (a File is one). An `<img>` that
+ * still loads is waited for.
  *
- * @typedef {HTMLVideoElement | HTMLImageElement | HTMLCanvasElement | OffscreenCanvas | ImageBitmap | ImageData | VideoFrame | Blob} ImageInput
+ * @typedef {ReadImage | string | URL} ImageInput
  */
 
 /**
@@ -18,9 +21,32 @@ export const MAX_PIXELS = 16_777_216;
 const MAX_SEEK_MS = 5000;
 
 /**
- * The image as something that can be transferred, at most {@link MAX_PIXELS} large.
+ * The image of an address, fetched; others as they are.
  *
  * @param {ImageInput} image
+ * @param {AbortSignal} [signal]
+ * @returns {Promise<ReadImage>}
+ * @throws {DeepSftError} `image-unreadable`
+ */
+export async function readImage(image, signal) {
+  signal?.throwIfAborted();
+  if (typeof image !== "string" && !(image instanceof URL)) return image;
+  const url = new URL(image, typeof document === "undefined" ? self.location.href : document.baseURI);
+  try {
+    const response = await fetch(url, { signal });
+    if (response.ok) return await response.blob();
+    throw new Error(`the server answered ${response.status}`);
+  } catch (cause) {
+    signal?.throwIfAborted();
+    const reason = cause instanceof Error ? cause.message : cause;
+    throw new DeepSftError("image-unreadable", `${url} could not be fetched: ${reason}.`, { cause });
+  }
+}
+
+/**
+ * The image as something that can be transferred, at most {@link MAX_PIXELS} large.
+ *
+ * @param {ReadImage} image
  * @returns {Promise<{ frame: ImageBitmap | ImageData, width: number, height: number }>} width and height: of the image before it was made smaller
  * @throws {DeepSftError} `image-unreadable`
  */
@@ -30,6 +56,8 @@ export async function transferableFrame(image) {
     return { frame: new ImageData(new Uint8ClampedArray(data), width, height), width, height };
   }
   if (typeof HTMLVideoElement !== "undefined" && image instanceof HTMLVideoElement) await hasPicture(image);
+  // One that is broken is refused below.
+  if (typeof HTMLImageElement !== "undefined" && image instanceof HTMLImageElement) await image.decode().catch(() => undefined);
   let bitmap;
   try {
     bitmap = await createImageBitmap(image);

@@ -44,15 +44,18 @@ export class TrackedFrame {
   /**
    * @param {object} contents
    * @param {number} contents.number
+   * @param {number} contents.timeMs
    * @param {TrackedTarget[]} contents.targets
    * @param {SourcedCamera} contents.camera
    * @param {TrackedTimes} contents.times
    * @param {number} contents.networkFps
    * @param {ImageBitmap | null} contents.frame
    */
-  constructor({ number, targets, camera, times, networkFps, frame }) {
+  constructor({ number, timeMs, targets, camera, times, networkFps, frame }) {
     /** Counts the frames the tracker saw, from 1. */
     this.number = number;
+    /** When it was shown, by the page's clock, or as it was given; milliseconds, ascending. */
+    this.timeMs = timeMs;
     /** What each target is in this frame, in the order in which they were given. */
     this.targets = targets;
     /** The camera that was used, with its source. */
@@ -63,6 +66,13 @@ export class TrackedFrame {
     this.networkFps = networkFps;
     /** The frame the meshes belong to: draw over this one, not over what the video shows by now. Closed by `close()`. */
     this.frame = frame;
+    /** Whether it stays open when the next one is asked for. */
+    this.kept = false;
+  }
+
+  /** Keeps the frame when the next one is asked for: it is then closed by `close()` alone. */
+  keep() {
+    this.kept = true;
   }
 
   /**

@@ -2,7 +2,7 @@
 
 import { fetchBytes } from "../engine/bundle.js";
 import { DeepSftError, crossOriginError } from "../error.js";
-import { closeFrame, transferableFrame } from "../frames/image-input.js";
+import { closeFrame, readImage, transferableFrame } from "../frames/image-input.js";
 
 /** @import { ImageInput } from "../frames/image-input.js" */
 
@@ -39,14 +39,14 @@ function checkSide(name, value) {
 
 /**
  * @param {ImageInput} image
- * @param {{ widthMm: number, heightMm?: number }} size of the print, without the paper's margins
+ * @param {{ widthMm: number, heightMm?: number, signal?: AbortSignal }} size of the print, without the paper's margins
  * @returns {Promise<Extract<TargetSource, { kind: "picture" }>>}
  * @throws {DeepSftError} `target-unusable`, `image-unreadable`, `image-cross-origin`
  */
-export async function pictureSource(image, { widthMm, heightMm }) {
+export async function pictureSource(image, { widthMm, heightMm, signal }) {
   checkSide("widthMm", widthMm);
   if (heightMm !== undefined) checkSide("heightMm", heightMm);
-  const { frame, width, height } = await transferableFrame(image);
+  const { frame, width, height } = await transferableFrame(await readImage(image, signal));
   try {
     const naturalMm = (widthMm * height) / width;
     if (heightMm !== undefined && Math.abs(heightMm / naturalMm - 1) > MAX_STRETCH)

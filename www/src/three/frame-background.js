@@ -74,13 +74,13 @@ export class FrameBackground extends Mesh {
   /**
    * Shows a frame from the next rendering on.
    *
-   * @param {{ frame: ImageBitmap | HTMLVideoElement | null, close?: () => void }} tracked a `TrackedFrame` or an `Estimate`, closed when
-   *   the next one is shown: keep it open, and pass it on when nothing else needs it. A video may be given in its place:
-   *   `{ frame: video }`.
+   * @param {{ frame: ImageBitmap | HTMLVideoElement | null, keep?: () => void, close?: () => void }} tracked a `TrackedFrame` or an
+   *   `Estimate`, kept, and closed when the next one is shown. A video may be given in its place: `{ frame: video }`.
    */
   show(tracked) {
     const { frame } = tracked;
     if (!frame || tracked === this.#shown) return;
+    tracked.keep?.();
     const [width, height] = "videoWidth" in frame ? [frame.videoWidth, frame.videoHeight] : [frame.width, frame.height];
     const size = this.#uniforms.u_size.value;
     if (size.x !== width || size.y !== height) this.#texture.dispose();

@@ -2,6 +2,7 @@
 
 import { CANONICAL_FOCAL } from "../camera/canonical.js";
 
+/** @import { TargetRequest } from "../engine/engine-worker.js" */
 /** @import { AnswerEffect, AnswerRequest, FollowRequest, NextFrame, RawTracked, RawTrackedTarget, TrackerStartRequest, TrackerWorker } from "./tracker-worker.js" */
 
 /**
@@ -39,17 +40,26 @@ export class LastingTracker {
    * @returns {Promise<void>}
    */
   start(request) {
-    this.#request = { ...request };
+    this.#request = { ...request, targets: [...request.targets] };
     return this.#worker.start(request);
+  }
+
+  /**
+   * @param {TargetRequest} target
+   * @returns {Promise<void>}
+   */
+  async track(target) {
+    this.#request?.targets.push(target);
+    await this.#run((worker) => worker.track(target));
   }
 
   /**
    * @param {{ id: number }} request
    * @returns {Promise<void>}
    */
-  unfollow({ id }) {
+  untrack({ id }) {
     if (this.#request) this.#request.targets = this.#request.targets.filter((target) => target.id !== id);
-    return this.#worker.unfollow({ id });
+    return this.#worker.untrack({ id });
   }
 
   /**

@@ -8,6 +8,7 @@ import { closeFrame } from "../frames/image-input.js";
 import { surfaceArrays } from "../results/surface-mesh.js";
 import { addSource } from "../targets/add-source.js";
 
+/** @import { TargetRequest } from "../engine/engine-worker.js" */
 /** @import { AnswerEffect, AnswerRequest, FollowRequest, NextFrame, RawTracked, TrackerStartRequest } from "./tracker-worker.js" */
 
 /** What waits for the tracker to start waits in turn. @type {Promise<MeshTracker> | undefined} */
@@ -36,8 +37,14 @@ async function start({ module, targets, smooth }) {
   return tracker;
 }
 
+/** @param {TargetRequest} target */
+export async function trackTarget({ id, source }) {
+  await addSource(await started(), id, source);
+  return { value: undefined, transfer: [] };
+}
+
 /** @param {{ id: number }} request */
-export async function unfollow({ id }) {
+export async function untrackTarget({ id }) {
   (await started()).removeTarget(id);
   return { value: undefined, transfer: [] };
 }

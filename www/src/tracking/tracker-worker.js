@@ -77,11 +77,19 @@ export class TrackerWorker extends WorkerCalls {
   }
 
   /**
+   * @param {TargetRequest} target
+   * @returns {Promise<void>}
+   */
+  track(target) {
+    return this.call("trackTarget", target);
+  }
+
+  /**
    * @param {{ id: number }} request
    * @returns {Promise<void>}
    */
-  unfollow(request) {
-    return this.call("unfollow", request);
+  untrack(request) {
+    return this.call("untrackTarget", request);
   }
 
   /**

@@ -25,10 +25,7 @@ const RUN = `
     document.body.append(video);
     await video.play();
     const estimate = await sft.estimate(canvas);
-    const tracked = await new Promise((resolve, reject) => {
-      const tracking = sft.trackMesh(video, resolve);
-      tracking.finished.catch(reject);
-    });
+    const { value: tracked } = await sft.follow(video)[Symbol.asyncIterator]().next();
     clearInterval(painting);
     const outcome = { parameters: sft.info.parameters, depths: estimate.depth.values().length, number: tracked.number };
     const drawn = withThree?.(sft.targets[0], tracked);

@@ -153,26 +153,17 @@ async function posted(page, camera) {
     await video.play();
     video.playbackRate = 0.25;
     const frames = [];
-    await new Promise((resolve, reject) => {
-      let confirmed = 0;
-      const tracking = sft.trackMesh(
-        video,
-        (tracked) => {
-          frames.push([tracked.frame.width, tracked.frame.height].join(" "));
-          tracked.close();
-        },
-        {
-          camera,
-          onEstimate: (estimate) => {
-            frames.push([estimate.frame.width, estimate.frame.height].join(" "));
-            estimate.close();
-            if (sizes.find.at(-1) !== sizes.find[0]) confirmed++;
-            if (confirmed === 3 || sizes.find.length === 8) tracking.stop();
-          },
-        },
-      );
-      tracking.finished.then(resolve, reject);
+    let confirmed = 0;
+    const session = sft.follow(video, {
+      camera,
+      onEstimate: (estimate) => {
+        frames.push([estimate.frame.width, estimate.frame.height].join(" "));
+        estimate.close();
+        if (sizes.find.at(-1) !== sizes.find[0]) confirmed++;
+        if (confirmed === 3 || sizes.find.length === 8) session.close();
+      },
     });
+    for await (const { frame } of session) frames.push([frame.width, frame.height].join(" "));
     sft.close();
     Worker.prototype.postMessage = postMessage;
     return { follow: [...new Set(sizes.follow)], find: [sizes.find[0], sizes.find.at(-1)], frames: [...new Set(frames)] };

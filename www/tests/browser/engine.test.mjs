@@ -189,12 +189,12 @@ test("a video is followed on after the modules of finders and tracker have trapp
       const video = Object.assign(document.createElement("video"), { muted: true, srcObject: canvas.captureStream() });
       await video.play();
       globalThis.found = 0;
-      const count = (tracked) => {
-        if (tracked.found) globalThis.found++;
-        tracked.close();
+      const session = sft.follow(video);
+      session.addEventListener("lost", () => void (globalThis.found = 0));
+      const run = async () => {
+        for await (const { found } of session) if (found) globalThis.found++;
       };
-      const tracking = sft.trackMesh(video, count, { onLost: () => void (globalThis.found = 0) });
-      tracking.finished.catch((error) => (globalThis.ended = error));
+      void run().catch((error) => (globalThis.ended = error));
     });
     const isFollowed = () =>
       page.waitForFunction(() => {
@@ -317,11 +317,10 @@ test("pictures of another origin are an error with a code, also in a tracking", 
         return Promise.all([
           codeOf(sft.estimate(video)),
           codeOf(sft.estimate(image)),
-          codeOf(sft.track(video, () => undefined).finished),
-          codeOf(sft.trackMesh(video, () => undefined).finished),
+          codeOf(sft.follow(video)[Symbol.asyncIterator]().next()),
         ]);
       }, elsewhere.origin);
-      assert.deepEqual(codes, Array(4).fill("image-cross-origin"));
+      assert.deepEqual(codes, Array(3).fill("image-cross-origin"));
     });
   } finally {
     await elsewhere.close();
@@ -350,7 +349,7 @@ test("refused cameras and images that never come leave no picture and no listene
       const camera = { width: 64, height: 48, fx: 0, fy: 1, cx: 1, cy: 1 };
       const codes = [
         await codeOf(sft.estimate(canvas, { camera })),
-        await codeOf(sft.trackMesh(video, () => undefined, { camera }).finished),
+        await codeOf(sft.follow(video, { camera })[Symbol.asyncIterator]().next()),
         await codeOf(sft.estimate(Object.assign(new Image(), { src: "/never" }))),
         await codeOf(sft.estimate(jumping)),
       ];
@@ -367,7 +366,7 @@ test("refused cameras and images that never come leave no picture and no listene
   }),
 );
 
-test("frames that cannot be read are passed over, by both loops", { timeout: SLOW_MS }, () =>
+test("frames that cannot be read are passed over", { timeout: SLOW_MS }, () =>
   onPage({ webgpu: false }, async ({ page }) => {
     const seen = await page.evaluate(async () => {
       const sft = await deepsft.DeepSft.load("/models/poster-a4/", { device: "cpu" });
@@ -386,17 +385,11 @@ test("frames that cannot be read are passed over, by both loops", { timeout: SLO
         }
         return createImageBitmap(image, ...options);
       };
-      const first = (start) =>
-        new Promise((resolve) => {
-          failures = 0;
-          const tracking = start((frame) => (frame.close(), resolve("a frame"), tracking.stop()));
-          tracking.finished.catch((error) => resolve(error.code));
-        });
-      const answers = [await first((take) => sft.track(video, take)), await first((take) => sft.trackMesh(video, take))];
+      const { value } = await sft.follow(video)[Symbol.asyncIterator]().next();
       clearInterval(painting);
-      return answers;
+      return [failures, value.number];
     });
-    assert.deepEqual(seen, ["a frame", "a frame"]);
+    assert.deepEqual(seen, [3, 1]);
   }),
 );
 

@@ -161,7 +161,7 @@ test("the list has every example, with its picture and its source", { timeout: S
   for (const link of await page.locator("a").evaluateAll((links) => links.map(({ href }) => href)))
     assert.equal((await page.request.get(link)).status(), 200, link);
   await page.click('[data-file="mesh.html"]');
-  await page.waitForFunction(() => document.querySelector("pre").textContent.includes("trackMesh"));
+  await page.waitForFunction(() => document.querySelector("pre").textContent.includes("sft.follow"));
   await demo.screenshot("examples-source");
   await page.keyboard.press("Escape");
   assert.equal(await page.isVisible("dialog"), false);

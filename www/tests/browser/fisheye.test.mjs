@@ -155,13 +155,10 @@ test("a sheet is followed through a fisheye", { timeout: SLOW_MS }, (t) =>
       const stream = await deepsft.openCamera(video);
       const sft = await deepsft.DeepSft.load("/models/poster-a4/", { device: "cpu" });
       const meshes = [];
-      const tracking = sft.trackMesh(video, (tracked) => {
-        const { mesh, camera } = tracked;
-        if (mesh) meshes.push({ vertices: [...mesh.vertices], points: [...deepsft.verticesInImage(mesh.vertices, camera)], of: camera });
-        tracked.close();
-        if (meshes.length === 12) tracking.stop();
-      }, { camera });
-      await tracking.finished;
+      for await (const { mesh, camera: of } of sft.follow(stream, { camera })) {
+        if (mesh) meshes.push({ vertices: [...mesh.vertices], points: [...deepsft.verticesInImage(mesh.vertices, of)], of });
+        if (meshes.length === 12) break;
+      }
       stream.stop();
       sft.close();
       return meshes.at(-1);

@@ -105,51 +105,35 @@ test("a sheet that comes near and goes away again is followed, its mesh whole", 
       const frames = [];
       // It stands near until it is found, then goes away in steps that wait for the tracker, and comes back.
       let [zMm, step, stood] = [near, 0, 0];
-      const done = new Promise((resolve, reject) => {
-        const tracking = sft.trackMesh(
-          video,
-          async (tracked) => {
-            try {
-              const { mesh, correlation, frame } = tracked;
-              // What the frame shows: the sheet's length in its middle column tells its distance.
-              const small = new OffscreenCanvas(1, frame.height).getContext("2d");
-              small.drawImage(frame, -(frame.width >> 1), 0);
-              const { data } = small.getImageData(0, 0, 1, frame.height);
-              const isGround = (row) => [0x55, 0x66, 0x77].every((value, k) => Math.abs(data[4 * row + k] - value) < 12);
-              let [top, bottom] = [0, frame.height - 1];
-              while (top < frame.height && isGround(top)) top++;
-              while (bottom > top && isGround(bottom)) bottom--;
-              const seenMm = (own.widthMm * camera.fy) / (bottom + 1 - top);
-              tracked.close();
-              const found = mesh !== null && correlation > 0.6;
-              const { focal } = await tracking.maps();
-              frames.push({ found, focal, seenMm, rms: found ? rmsOf(mesh, own, seenMm) : null });
-              if (found && ++stood % 3 === 0) {
-                step++;
-                zMm = far + (near - far) * Math.abs(1 - step / 12);
-              }
-              if (step > 24) {
-                tracking.stop();
-                resolve(undefined);
-              }
-              posterAt(own, camera, zMm);
-              track.requestFrame();
-            } catch (error) {
-              reject(error);
-            }
-          },
-          { camera },
-        );
-        tracking.finished.catch(reject);
-        // The tracker passes frames over; a canvas on which nothing is drawn sends none.
-        const again = setInterval(() => {
-          if (step > 24) return clearInterval(again);
-          posterAt(own, camera, zMm);
-          track.requestFrame();
-        }, 100);
-      });
-      await video.play();
-      await done;
+      // The tracker passes frames over; a canvas on which nothing is drawn sends none.
+      const again = setInterval(() => {
+        posterAt(own, camera, zMm);
+        track.requestFrame();
+      }, 100);
+      void video.play();
+      const session = sft.follow(video, { camera });
+      for await (const { mesh, correlation, frame } of session) {
+        // What the frame shows: the sheet's length in its middle column tells its distance.
+        const small = new OffscreenCanvas(1, frame.height).getContext("2d");
+        small.drawImage(frame, -(frame.width >> 1), 0);
+        const { data } = small.getImageData(0, 0, 1, frame.height);
+        const isGround = (row) => [0x55, 0x66, 0x77].every((value, k) => Math.abs(data[4 * row + k] - value) < 12);
+        let [top, bottom] = [0, frame.height - 1];
+        while (top < frame.height && isGround(top)) top++;
+        while (bottom > top && isGround(bottom)) bottom--;
+        const seenMm = (own.widthMm * camera.fy) / (bottom + 1 - top);
+        const found = mesh !== null && correlation > 0.6;
+        const { focal } = await session.maps();
+        frames.push({ found, focal, seenMm, rms: found ? rmsOf(mesh, own, seenMm) : null });
+        if (found && ++stood % 3 === 0) {
+          step++;
+          zMm = far + (near - far) * Math.abs(1 - step / 12);
+        }
+        if (step > 24) break;
+        posterAt(own, camera, zMm);
+        track.requestFrame();
+      }
+      clearInterval(again);
       sft.close();
       return frames;
     }, [CAMERA, NEAR_MM, FAR_MM]);

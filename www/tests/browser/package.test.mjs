@@ -137,15 +137,6 @@ test("the camera is the caller's, or estimated, and the result says which", asyn
   ]);
 });
 
-test("of calls for a video that come while one is under way only the newest is answered", async () => {
-  const answers = await demo.page.evaluate(async () => {
-    const { sft, picture } = globalThis;
-    const all = await Promise.all([1, 2, 3, 4].map(() => sft.estimateForVideo(picture)));
-    return all.map((estimate) => estimate !== null);
-  });
-  assert.deepEqual(answers, [true, false, false, true]);
-});
-
 test("a canvas without pixels, a video without a picture and a broken blob are unreadable images", async () => {
   const codes = await demo.page.evaluate(() => {
     const { sft, codeOf } = globalThis;
@@ -193,7 +184,7 @@ test(
   },
 );
 
-test("track and trackMesh follow a video until they are stopped", { timeout: SLOW_MS }, async () => {
+test("follow follows a video until it is closed", { timeout: SLOW_MS }, async () => {
   const seen = await demo.page.evaluate(async () => {
     const { sft, codeOf } = globalThis;
     // A grey picture with something that moves, so that there are new frames.
@@ -211,64 +202,40 @@ test("track and trackMesh follow a video until they are stopped", { timeout: SLO
     const video = Object.assign(document.createElement("video"), { muted: true, srcObject: canvas.captureStream(20) });
     document.body.append(video);
     await video.play();
-    const estimates = [];
-    await new Promise((resolve) => {
-      const tracking = sft.track(video, (estimate) => {
-        estimates.push([estimate.found, estimate.frame.width]);
-        estimate.close();
-        if (estimates.length === 3) resolve(tracking.stop());
-      });
-    });
     const tracked = [];
     const answers = [];
-    let tracking;
-    await new Promise((resolve) => {
-      tracking = sft.trackMesh(
-        video,
-        (one) => {
-          tracked.push([one.number, one.found, one.mesh, one.frame.width, one.camera.source, one.times.trackMs >= 0]);
-          one.close();
-          if (tracked.length >= 3 && answers.length >= 2) resolve();
-        },
-        {
-          smooth: { minCutoff: 1 },
-          onEstimate: (estimate, frame) => {
-            answers.push([estimate.found, frame]);
-            estimate.close();
-          },
-        },
-      );
+    const session = sft.follow(video, {
+      smooth: { minCutoff: 1 },
+      onEstimate: (estimate, frame) => {
+        answers.push([estimate.found, frame]);
+        estimate.close();
+      },
     });
-    const { depth, registration } = await tracking.maps();
-    tracking.stop();
-    const ended = await tracking.finished.then(() => "resolved");
-    const failing = sft.trackMesh(video, () => {
-      throw new RangeError("of the callback");
-    });
-    const failure = await failing.finished.catch((error) => error.name);
+    let maps;
+    for await (const one of session) {
+      tracked.push([one.number, one.found, one.mesh, one.frame.width, one.camera.source, one.times.trackMs >= 0]);
+      if (tracked.length < 3 || answers.length < 2) continue;
+      maps = await session.maps();
+      session.close();
+    }
+    const { depth, registration } = maps;
     const camera = { width: 1, height: 9, fx: 1, fy: 1, cx: 0, cy: 0 };
-    const refused = sft.trackMesh(video, () => undefined, { camera });
     const answer = {
-      estimates,
       tracked: tracked.slice(0, 3),
       answers: answers.slice(0, 2),
       sizes: [depth.length, registration.length, depth.filter((d) => d !== -1).length],
-      ended,
-      afterStop: await codeOf(tracking.maps()),
-      failure,
-      refused: await codeOf(refused.finished),
+      afterEnd: await codeOf(session.maps()),
+      refused: await codeOf(sft.follow(video, { camera })[Symbol.asyncIterator]().next()),
     };
     clearInterval(painting);
     video.remove();
     return answer;
   });
-  assert.deepEqual(seen.estimates, Array(3).fill([false, 320]));
   assert.deepEqual(seen.tracked, [1, 2, 3].map((number) => [number, false, null, 320, "estimated", true]));
   assert.equal(seen.answers[0][1], 1, "the network is asked about the first frame");
   assert.ok(seen.answers[1][1] > 1 && seen.answers.every(([found]) => found === false));
   assert.deepEqual(seen.sizes, [480 * 270, 480 * 270 * 2, 0]);
-  assert.deepEqual([seen.ended, seen.afterStop], ["resolved", "closed"]);
-  assert.deepEqual([seen.failure, seen.refused], ["RangeError", "camera-intrinsics"]);
+  assert.deepEqual([seen.afterEnd, seen.refused], ["closed", "camera-intrinsics"]);
 });
 
 test("after close() everything rejects, also what was under way", { timeout: SLOW_MS }, async () => {
@@ -278,7 +245,7 @@ test("after close() everything rejects, also what was under way", { timeout: SLO
     const underWay = codeOf(sft.estimate(picture));
     await new Promise((resolve) => setTimeout(resolve, 5));
     sft.close();
-    return [await underWay, await codeOf(sft.estimate(picture)), await codeOf(sft.estimateForVideo(picture))];
+    return [await underWay, await codeOf(sft.estimate(picture))];
   });
-  assert.deepEqual(codes, ["closed", "closed", "closed"]);
+  assert.deepEqual(codes, ["closed", "closed"]);
 });

@@ -119,12 +119,13 @@ test(
           const canvas = new OffscreenCanvas(64, 8);
           const context = canvas.getContext("2d", { willReadFrequently: true });
           Object.assign(globalThis, { targets, events: [], frames: [] });
-          const tell = (change) => (target, tracked) => {
-            events.push({ change, name: target.name, number: tracked.number, isSo: tracked.of(target).found });
-          };
-          globalThis.tracking = sft.trackMesh(
-            video,
-            (tracked) => {
+          globalThis.session = sft.follow(video, { camera });
+          for (const change of ["found", "lost"])
+            session.addEventListener(change, ({ detail: { target, frame } }) => {
+              events.push({ change, name: target.name, number: frame.number, isSo: frame.of(target).found });
+            });
+          const run = async () => {
+            for await (const tracked of session) {
               const { frame, number, times, found, mesh } = tracked;
               context.drawImage(frame, 0, frame.height - 8, 64, 8, 0, 0, 64, 8);
               const { data } = context.getImageData(0, 0, 64, 8);
@@ -140,12 +141,10 @@ test(
                   vertices: mesh && [...mesh.vertices],
                 })),
               });
-              tracked.close();
-            },
-            { camera, onFound: tell("found"), onLost: tell("lost") },
-          );
+            }
+          };
           // What ends it is the test's to know.
-          tracking.finished.catch((error) => (globalThis.ended = `${error.code} ${error.message}`));
+          void run().catch((error) => (globalThis.ended = `${error.code} ${error.message}`));
         },
         [PRINTS, camera, stampPoints(camera.height)],
       );
@@ -163,18 +162,18 @@ test(
       );
       const removed = await page.evaluate(async () => {
         const [left, right] = targets;
-        const { depth } = await tracking.maps(right);
+        const { depth } = await session.maps(right);
         sft.removeTarget(left);
         const from = frames.length;
         while (frames.length < from + 3) await new Promise((resolve) => setTimeout(resolve, 50));
         const names = frames.at(-1).targets.map(({ name }) => name);
-        const codes = [await codeOf(sft.estimate(pictures[0], { target: left })), await codeOf(tracking.maps(left))];
+        const codes = [await codeOf(sft.estimate(pictures[0], { target: left })), await codeOf(session.maps(left))];
         try {
           sft.removeTarget(left);
         } catch ({ code }) {
           codes.push(code);
         }
-        tracking.stop();
+        session.close();
         stream.stop();
         return { names, codes, area: depth.filter((d) => d > 0).length };
       });
@@ -227,17 +226,18 @@ test("beside a model on WebGPU pictures are followed, also after the GPU was los
         for (const [i, { name, widthMm }] of prints.entries()) targets.push(await sft.addPicture(pictures[i], { widthMm, name }));
         globalThis.video = document.body.appendChild(document.createElement("video"));
         globalThis.stream = await deepsft.openCamera(video);
-        const onTracked = (tracked) => {
-          const clear = [targets[0], targets[1]].map((target) => tracked.of(target)).filter(({ found, held }) => found && !held);
-          if (clear.length === 2) numbers.push(tracked.number);
-          tracked.close();
-        };
         const onEstimate = (estimate, number) => {
           answers.push({ number, found: estimate.found, kind: estimate.target.kind });
           estimate.close();
         };
-        globalThis.tracking = sft.trackMesh(video, onTracked, { camera, onEstimate });
-        tracking.finished.catch((error) => (globalThis.ended = `${error.code} ${error.message}`));
+        globalThis.session = sft.follow(video, { camera, onEstimate });
+        const run = async () => {
+          for await (const tracked of session) {
+            const clear = [targets[0], targets[1]].map((target) => tracked.of(target)).filter(({ found, held }) => found && !held);
+            if (clear.length === 2) numbers.push(tracked.number);
+          }
+        };
+        void run().catch((error) => (globalThis.ended = `${error.code} ${error.message}`));
       },
       [PRINTS, camera],
     );
@@ -260,7 +260,7 @@ test("beside a model on WebGPU pictures are followed, also after the GPU was los
     const seen = await page.evaluate(
       async ([base64, camera]) => {
         const image = new Blob([Uint8Array.from(atob(base64), (c) => c.charCodeAt(0))]);
-        tracking.stop();
+        session.close();
         stream.stop();
         const found = [];
         for (const target of sft.targets) {
@@ -301,14 +301,10 @@ test("sixteen pictures at once: one is found, and their memory is used again whe
           const stream = await deepsft.openCamera(video);
           const found = new Set();
           let frames = 0;
-          await new Promise((resolve, reject) => {
-            const enough = (tracked) => {
-              for (const { target, found: isFound } of tracked.targets) if (isFound) found.add(target.name);
-              tracked.close();
-              if (found.size > 0 && ++frames > 10) resolve();
-            };
-            sft.trackMesh(video, enough, { camera }).finished.then(() => reject(new Error("ended")), reject);
-          });
+          for await (const { targets } of sft.follow(video, { camera })) {
+            for (const { target, found: isFound } of targets) if (isFound) found.add(target.name);
+            if (found.size > 0 && ++frames > 10) break;
+          }
           const count = sft.targets.length;
           for (const target of targets) sft.removeTarget(target);
           stream.stop();
@@ -372,8 +368,8 @@ test("what cannot be a target is refused with a code and a reason", { timeout: S
       const foreign = await codeOf(other.estimate(print, { target: again }));
       other.close();
       const video = document.createElement("video");
-      const ofVideo = (options) => codeOf(Promise.resolve().then(() => sft.trackMesh(video, () => undefined, options)));
-      const tracked = [await ofVideo({ targets: [] }), await ofVideo({ targets: [first] }), await ofVideo({ targets: [first, again] })];
+      const ofVideo = (options) => codeOf(Promise.resolve().then(() => sft.follow(video, options)));
+      const tracked = [await ofVideo({ targets: [first] }), await ofVideo({ targets: [first, again] })];
       const template = [
         await codeOf(sft.addTemplate("/models/none/")),
         await codeOf(sft.addTemplate(new Map())),
@@ -392,7 +388,7 @@ test("what cannot be a target is refused with a code and a reason", { timeout: S
     assert.match(answers["a width in metres"][1], /mm/);
     assert.match(answers["a transparent picture"][1], /blank/);
     assert.match(answers.twice[1], /"first"/);
-    assert.deepEqual([refusals.foreign, ...refusals.tracked], Array(4).fill("target-unknown"));
+    assert.deepEqual([refusals.foreign, ...refusals.tracked], Array(3).fill("target-unknown"));
     assert.deepEqual(refusals.template, ["model-load", "target-unusable", "target-unusable", "model-load"], origin);
     assert.deepEqual([refusals.closed, refusals.left], ["closed", 1]);
   });

@@ -9,14 +9,8 @@ import { ROOT } from "../../serve.mjs";
 export const CYCLES = {
   /** Follows the sheet for some frames. */
   async trackings() {
-    await new Promise((resolve, reject) => {
-      let frames = 0;
-      const tracking = globalThis.sft.trackMesh(globalThis.video, (tracked) => {
-        if (tracked.found && ++frames > 4) resolve(tracking.stop());
-        tracked.close();
-      });
-      tracking.finished.catch(reject);
-    });
+    let frames = 0;
+    for await (const { found } of globalThis.sft.follow(globalThis.video)) if (found && ++frames > 4) break;
   },
 
   /** Adds a picture, looks for it and lets it go. */

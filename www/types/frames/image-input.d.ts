@@ -1,8 +1,11 @@
-export type ImageInput = HTMLVideoElement | HTMLImageElement | HTMLCanvasElement | OffscreenCanvas | ImageBitmap | ImageData | VideoFrame | Blob;
+export type ReadImage = HTMLVideoElement | HTMLImageElement | HTMLCanvasElement | OffscreenCanvas | ImageBitmap | ImageData | VideoFrame | Blob;
+export type ImageInput = ReadImage | string | URL;
+/** @typedef {HTMLVideoElement | HTMLImageElement | HTMLCanvasElement | OffscreenCanvas | ImageBitmap | ImageData | VideoFrame | Blob} ReadImage */
 /**
- * Images that are accepted. Compressed files go in as a Blob (a File is one).
+ * Images that are accepted. Compressed files go in as an address, relative to the page, or as a Blob (a File is one). An `<img>` that
+ * still loads is waited for.
  *
- * @typedef {HTMLVideoElement | HTMLImageElement | HTMLCanvasElement | OffscreenCanvas | ImageBitmap | ImageData | VideoFrame | Blob} ImageInput
+ * @typedef {ReadImage | string | URL} ImageInput
  */
 /**
  * Larger images are scaled down to this: the canonical image has 0.13 megapixels, and a 400 megapixel scan
@@ -10,13 +13,22 @@ export type ImageInput = HTMLVideoElement | HTMLImageElement | HTMLCanvasElement
  */
 export declare const MAX_PIXELS = 16777216;
 /**
- * The image as something that can be transferred, at most {@link MAX_PIXELS} large.
+ * The image of an address, fetched; others as they are.
  *
  * @param {ImageInput} image
+ * @param {AbortSignal} [signal]
+ * @returns {Promise<ReadImage>}
+ * @throws {DeepSftError} `image-unreadable`
+ */
+export declare function readImage(image: ImageInput, signal?: AbortSignal): Promise<ReadImage>;
+/**
+ * The image as something that can be transferred, at most {@link MAX_PIXELS} large.
+ *
+ * @param {ReadImage} image
  * @returns {Promise<{ frame: ImageBitmap | ImageData, width: number, height: number }>} width and height: of the image before it was made smaller
  * @throws {DeepSftError} `image-unreadable`
  */
-export declare function transferableFrame(image: ImageInput): Promise<{
+export declare function transferableFrame(image: ReadImage): Promise<{
     frame: ImageBitmap | ImageData;
     width: number;
     height: number;

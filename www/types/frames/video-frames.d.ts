@@ -1,3 +1,4 @@
+export type StallReason = "paused" | "ended" | "waiting" | "hidden" | "unknown";
 /** Tells when a video shows a frame that was not taken yet. */
 export declare class VideoFrames {
     #private;
@@ -5,15 +6,35 @@ export declare class VideoFrames {
     changes: number;
     /** When a frame last went by untaken, ms. */
     missedAt: number;
-    /** @param {HTMLVideoElement} video */
-    constructor(video: HTMLVideoElement);
+    /** Whether frames that come too soon wait, and are not left out. */
+    isPatient: boolean;
+    /**
+     * @param {HTMLVideoElement} video
+     * @param {boolean} [software] whether its frames are read from memory where they lie there
+     */
+    constructor(video: HTMLVideoElement, software?: boolean);
     /**
      * Waits for a frame that was not taken yet; at once when one is there.
      *
      * @returns {Promise<number | null>} when it was shown, milliseconds of the page's clock, ascending; null once stopped
      */
     next(): Promise<number | null>;
+    /**
+     * What the video shows now.
+     *
+     * @returns {Promise<{ frame: ImageBitmap, width: number, height: number }>}
+     * @throws {import("../error.js").DeepSftError} `image-unreadable`, `image-cross-origin`
+     */
+    grab(): Promise<{
+        frame: ImageBitmap;
+        width: number;
+        height: number;
+    }>;
     /** Whether there is a frame that was not taken yet. */
     get waiting(): boolean;
+    /** So long no frame came, milliseconds; to be asked now and then, for it also looks whether the browser only fails to tell. */
+    get silentMs(): number;
+    /** Why. @returns {StallReason} */
+    get silence(): StallReason;
     stop(): void;
 }

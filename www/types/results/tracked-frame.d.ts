@@ -52,6 +52,8 @@ export declare class TrackedTarget {
 export declare class TrackedFrame {
     /** Counts the frames the tracker saw, from 1. */
     number: number;
+    /** When it was shown, by the page's clock, or as it was given; milliseconds, ascending. */
+    timeMs: number;
     /** What each target is in this frame, in the order in which they were given. */
     targets: TrackedTarget[];
     /** The camera that was used, with its source. */
@@ -62,23 +64,29 @@ export declare class TrackedFrame {
     networkFps: number;
     /** The frame the meshes belong to: draw over this one, not over what the video shows by now. Closed by `close()`. */
     frame: ImageBitmap | null;
+    /** Whether it stays open when the next one is asked for. */
+    kept: boolean;
     /**
      * @param {object} contents
      * @param {number} contents.number
+     * @param {number} contents.timeMs
      * @param {TrackedTarget[]} contents.targets
      * @param {SourcedCamera} contents.camera
      * @param {TrackedTimes} contents.times
      * @param {number} contents.networkFps
      * @param {ImageBitmap | null} contents.frame
      */
-    constructor({ number, targets, camera, times, networkFps, frame }: {
+    constructor({ number, timeMs, targets, camera, times, networkFps, frame }: {
         number: number;
+        timeMs: number;
         targets: TrackedTarget[];
         camera: SourcedCamera;
         times: TrackedTimes;
         networkFps: number;
         frame: ImageBitmap | null;
     });
+    /** Keeps the frame when the next one is asked for: it is then closed by `close()` alone. */
+    keep(): void;
     /**
      * One target in this frame.
      *

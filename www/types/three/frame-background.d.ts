@@ -11,12 +11,12 @@ export declare class FrameBackground extends Mesh {
     /**
      * Shows a frame from the next rendering on.
      *
-     * @param {{ frame: ImageBitmap | HTMLVideoElement | null, close?: () => void }} tracked a `TrackedFrame` or an `Estimate`, closed when
-     *   the next one is shown: keep it open, and pass it on when nothing else needs it. A video may be given in its place:
-     *   `{ frame: video }`.
+     * @param {{ frame: ImageBitmap | HTMLVideoElement | null, keep?: () => void, close?: () => void }} tracked a `TrackedFrame` or an
+     *   `Estimate`, kept, and closed when the next one is shown. A video may be given in its place: `{ frame: video }`.
      */
     show(tracked: {
         frame: ImageBitmap | HTMLVideoElement | null;
+        keep?: () => void;
         close?: () => void;
     }): void;
     /** Lets frame, texture and material go. */

@@ -1,3 +1,4 @@
+import type { TargetRequest } from "../engine/engine-worker.js";
 import type { AnswerEffect, AnswerRequest, FollowRequest, NextFrame, RawTracked, RawTrackedTarget, TrackerStartRequest, TrackerWorker } from "./tracker-worker.js";
 export type ToldFrame = Omit<RawTracked, "targets"> & {
     targets: (RawTrackedTarget & {
@@ -15,10 +16,15 @@ export declare class LastingTracker {
      */
     start(request: TrackerStartRequest): Promise<void>;
     /**
+     * @param {TargetRequest} target
+     * @returns {Promise<void>}
+     */
+    track(target: TargetRequest): Promise<void>;
+    /**
      * @param {{ id: number }} request
      * @returns {Promise<void>}
      */
-    unfollow({ id }: {
+    untrack({ id }: {
         id: number;
     }): Promise<void>;
     /**

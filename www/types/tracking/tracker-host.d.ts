@@ -1,3 +1,4 @@
+import type { TargetRequest } from "../engine/engine-worker.js";
 import type { AnswerEffect, AnswerRequest, FollowRequest, NextFrame, RawTracked, TrackerStartRequest } from "./tracker-worker.js";
 /**
  * @param {TrackerStartRequest} request
@@ -7,8 +8,13 @@ export declare function startTracker(request: TrackerStartRequest): Promise<{
     value: void;
     transfer: Transferable[];
 }>;
+/** @param {TargetRequest} target */
+export declare function trackTarget({ id, source }: TargetRequest): Promise<{
+    value: undefined;
+    transfer: never[];
+}>;
 /** @param {{ id: number }} request */
-export declare function unfollow({ id }: {
+export declare function untrackTarget({ id }: {
     id: number;
 }): Promise<{
     value: undefined;

@@ -157,10 +157,15 @@ export declare class TrackerWorker extends WorkerCalls {
      */
     start(request: TrackerStartRequest): Promise<void>;
     /**
+     * @param {TargetRequest} target
+     * @returns {Promise<void>}
+     */
+    track(target: TargetRequest): Promise<void>;
+    /**
      * @param {{ id: number }} request
      * @returns {Promise<void>}
      */
-    unfollow(request: {
+    untrack(request: {
         id: number;
     }): Promise<void>;
     /**

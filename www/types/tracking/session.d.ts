@@ -1,0 +1,185 @@
+import { CameraStream } from "../camera/camera-stream.js";
+import { TrackedFrame } from "../results/tracked-frame.js";
+import type { RawAnswer, TargetRequest } from "../engine/engine-worker.js";
+import type { Estimate } from "../results/estimate.js";
+import type { CameraOption, SourcedCamera } from "../camera/intrinsics.js";
+import type { OwnFrame } from "../frames/own-frames.js";
+import type { StallReason } from "../frames/video-frames.js";
+import type { Target } from "../targets/target.js";
+import type { LastingTracker, ToldFrame } from "./lasting-tracker.js";
+import type { Smoothing } from "./tracker-worker.js";
+export type FrameSource = HTMLVideoElement | CameraStream | AsyncIterable<OwnFrame>;
+export type FoundFocal = {
+    width: number;
+    height: number;
+    focal: number;
+    spread: number;
+};
+export type SessionEvents = {
+    /**
+     * a target is found; told before the frame is given
+     */
+    found: CustomEvent<{
+        target: Target;
+        frame: TrackedFrame;
+    }>;
+    /**
+     * it is found no longer; likewise
+     */
+    lost: CustomEvent<{
+        target: Target;
+        frame: TrackedFrame;
+    }>;
+    /**
+     * the camera's focal length, once the moving, bending sheet has given it away, to 1.5 % or better,
+     * and again as it becomes surer, down to 0.5 %
+     */
+    focal: CustomEvent<FoundFocal>;
+    /**
+     * no frame came for three seconds
+     */
+    stalled: CustomEvent<{
+        reason: StallReason;
+    }>;
+    /**
+     * the system has taken the camera away for a while
+     */
+    interrupted: CustomEvent<null>;
+    /**
+     * the session is over: it was closed (`error` is null then), or why
+     */
+    ended: CustomEvent<{
+        error: unknown;
+    }>;
+};
+export type SessionParts = {
+    targets: readonly Target[];
+    /**
+     * ended with the session
+     */
+    tracker: LastingTracker;
+    module: WebAssembly.Module;
+    smooth: Smoothing | null;
+    sourceOf: (target: Target) => TargetRequest;
+    find: (question: Question) => Promise<{
+        answers: RawAnswer[];
+        estimate: Estimate | null;
+    }>;
+    camera?: CameraOption;
+    calibrate?: boolean;
+    software?: boolean;
+    signal?: AbortSignal;
+    onEstimate?: (estimate: Estimate, frame: number) => void;
+};
+export type Question = {
+    /**
+     * of the targets to look for
+     */
+    ids: number[];
+    /**
+     * closed with the estimate, or when there is none
+     */
+    frame: ImageBitmap;
+    /**
+     * the canonical image where it is enough; closed with the answer
+     */
+    canonical: ImageBitmap | null;
+    /**
+     * of the frame
+     */
+    camera: SourcedCamera;
+    /**
+     * of the canonical image that is looked at, pixels
+     */
+    focal: number;
+};
+/**
+ * Targets being followed through a video. It gives each frame that was followed:
+ *
+ * ```js
+ * for await (const frame of sft.follow(camera)) draw(frame);
+ * ```
+ *
+ * It works while it is iterated; leaving the loop closes it. A frame closes itself when the next one is asked for, unless
+ * {@link TrackedFrame.keep} was called. {@link SessionEvents} has its events.
+ */
+export declare class Session extends EventTarget {
+    #private;
+    /**
+     * Use `sft.follow`.
+     *
+     * @param {FrameSource} source
+     * @param {SessionParts} parts
+     */
+    constructor(source: FrameSource, parts: SessionParts);
+    /** What it follows. @returns {Target[]} */
+    get targets(): Target[];
+    /** Whether it is over. */
+    get closed(): boolean;
+    /**
+     * @template {keyof SessionEvents} Name
+     * @param {Name} name
+     * @param {((event: SessionEvents[Name]) => void) | EventListenerObject | null} listener
+     * @param {AddEventListenerOptions | boolean} [options]
+     * @override
+     */
+    addEventListener<Name extends keyof SessionEvents>(name: Name, listener: ((event: SessionEvents[Name]) => void) | EventListenerObject | null, options?: AddEventListenerOptions | boolean): void;
+    /**
+     * The frames, once: a second loop goes on where the first one is.
+     *
+     * @returns {AsyncGenerator<TrackedFrame, void, void>}
+     */
+    [Symbol.asyncIterator](): AsyncGenerator<TrackedFrame, void, void>;
+    /** Ends it: the loop over its frames ends without an error. */
+    close(): void;
+    /**
+     * Follows a target too, from one of the next frames on.
+     *
+     * @param {Target} target
+     * @throws {DeepSftError} `target-unknown`, `closed`
+     */
+    addTarget(target: Target): void;
+    /**
+     * Follows a target no longer. `lost` is not told of it.
+     *
+     * @param {Target} target one that is not followed is left alone
+     */
+    removeTarget({ id }: Target): void;
+    /**
+     * Depth and registration of a target's mesh in the newest frame, as in an `Estimate`: rows of `width` columns, -1 where the mesh is
+     * not seen, and the focal length of the canonical image that they belong to.
+     *
+     * @param {Target} [target] the first when absent
+     * @returns {Promise<{ width: number, focal: number, depth: Float32Array, registration: Float32Array }>}
+     * @throws {DeepSftError} `target-unknown`, `closed`
+     */
+    maps(target?: Target): Promise<{
+        width: number;
+        focal: number;
+        depth: Float32Array;
+        registration: Float32Array;
+    }>;
+}
+export type Following = {
+    number: number;
+    timeMs: number;
+    frame: ImageBitmap;
+    camera: SourcedCamera;
+    /**
+     * with which the frame came, pixels
+     */
+    size: {
+        width: number;
+        height: number;
+    };
+    /**
+     * when the tracker was free for it, milliseconds
+     */
+    began: number;
+    grabMs: number;
+    answer: Promise<ToldFrame>;
+    /**
+     * has the finders asked about it, once the frame before it is closed
+     */
+    ask: () => void;
+};
