@@ -40,7 +40,8 @@ import { TrackerWorker } from "./tracking/tracker-worker.js";
 
 /**
  * @typedef {object} PictureOptions
- * @property {number} widthMm width of the print, without the paper's margins; 5 to 20,000
+ * @property {number} [widthMm] width of the print, without the paper's margins; 5 to 20,000. Without it lengths are counted in that width,
+ *   and the target's `unit` is `width`.
  * @property {number} [heightMm] its height; by the picture's sides when absent
  * @property {string} [name] for people; the file's own for a File and an address
  * @property {AbortSignal} [signal] rejects with its reason, and no target is added
@@ -163,12 +164,12 @@ export class DeepSft {
    * with one picture cannot be told apart.
    *
    * @param {ImageInput} image
-   * @param {PictureOptions} options
+   * @param {PictureOptions} [options]
    * @returns {Promise<Target>}
    * @throws {DeepSftError} `target-unusable`, `image-unreadable`, `image-cross-origin`, `closed`
    */
-  async addPicture(image, options) {
-    const source = await pictureSource(image, options ?? {});
+  async addPicture(image, options = {}) {
+    const source = await pictureSource(image, options);
     return this.#addTarget("picture", options.name ?? nameOf(image), source, options.signal);
   }
 
@@ -249,7 +250,7 @@ export class DeepSft {
       this.#engine.removeTarget(id);
       throw error;
     }
-    const target = new Target(id, name, kind, description);
+    const target = new Target(id, name, kind, description, source.kind !== "picture" || source.hasSize);
     this.#targets.set(id, { target, source });
     for (const [session, followsAll] of this.#sessions) if (followsAll) session.addTarget(target);
     return target;

@@ -44,9 +44,10 @@ export type LoadOptions = {
 };
 export type PictureOptions = {
     /**
-     * width of the print, without the paper's margins; 5 to 20,000
+     * width of the print, without the paper's margins; 5 to 20,000. Without it lengths are counted in that width,
+     * and the target's `unit` is `width`.
      */
-    widthMm: number;
+    widthMm?: number;
     /**
      * its height; by the picture's sides when absent
      */
@@ -131,11 +132,11 @@ export declare class DeepSft {
      * with one picture cannot be told apart.
      *
      * @param {ImageInput} image
-     * @param {PictureOptions} options
+     * @param {PictureOptions} [options]
      * @returns {Promise<Target>}
      * @throws {DeepSftError} `target-unusable`, `image-unreadable`, `image-cross-origin`, `closed`
      */
-    addPicture(image: ImageInput, options: PictureOptions): Promise<Target>;
+    addPicture(image: ImageInput, options?: PictureOptions): Promise<Target>;
     /**
      * Makes a target of a template's folder, as `deepsft template` writes it: a sheet, found like a picture.
      *

@@ -40,7 +40,9 @@ import { WorkerCalls } from "./worker-calls.js";
  * What of a mesh no frame changes: three vertex indices per face, counter-clockwise seen from the front, and (u, v) of each
  * vertex.
  *
- * @typedef {{ faces: Uint32Array, textureCoordinates: Float32Array }} MeshTopology
+ * `perMm` is there where the print's size is not known: a millimetre of the engine's in units of its width.
+ *
+ * @typedef {{ faces: Uint32Array, textureCoordinates: Float32Array, perMm?: number }} MeshTopology
  */
 
 /**

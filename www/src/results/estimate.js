@@ -112,8 +112,8 @@ export class Estimate {
     this.shapeDetermined = raw.shapeDetermined;
     /** What gave the maps: the model's network, or the features of a picture; null when nothing was seen. */
     this.by = raw.by;
-    /** Distance along the optical axis, mm; -1 outside the object. */
-    this.depth = new EstimateMap(raw.depth, raw.width, 1);
+    /** Distance along the optical axis, mm (or in the target's `unit`); -1 outside the object. */
+    this.depth = new EstimateMap(scaledDepth(raw.depth, target.mesh.perMm), raw.width, 1);
     /** Texture position (u, v) in the unit square, v down; (-1, -1) outside the object. */
     this.registration = new EstimateMap(raw.registration, raw.width, 2);
     /** 1 where the object is seen, else 0. */
@@ -149,7 +149,7 @@ export class Estimate {
     if (!this.found) return null;
     // Before anything is waited for: close() may be called meanwhile.
     const { width } = this.depth;
-    const maps = { width, focal: this.focal, depth: this.depth.values(), registration: this.registration.values() };
+    const maps = { width, focal: this.focal, depth: scaledDepth(this.depth.values(), 1 / (this.target.mesh.perMm ?? 1)), registration: this.registration.values() };
     if (method === "completion") return this.#completedMesh(maps);
     this.#fitted ??= this.#makeMesh({ id: this.target.id, ...maps, canonical: this.canonical.data });
     try {
@@ -181,4 +181,14 @@ export class Estimate {
     this.frame?.close();
     this.frame = null;
   }
+}
+
+/**
+ * Depths in another unit; those outside stay -1.
+ *
+ * @param {Float32Array} depth
+ * @param {number} [scale]
+ */
+export function scaledDepth(depth, scale = 1) {
+  return scale === 1 ? depth : depth.map((d) => (d < 0 ? d : scale * d));
 }

@@ -25,6 +25,12 @@ export class PoseFilter {
   /** mm/s. @type {Position} */
   #velocity = [0, 0, 0];
   #turning = 0;
+  #perMm;
+
+  /** @param {number} [perMm] a millimetre in the unit of the positions */
+  constructor(perMm = 1) {
+    this.#perMm = perMm;
+  }
 
   /** Takes the next pose as it is. */
   reset() {
@@ -49,7 +55,7 @@ export class PoseFilter {
       const speeds = weightOf(SPEED_CUTOFF_HZ, dt);
       for (let k = 0; k < 3; k++) this.#velocity[k] += speeds * ((position[k] - raw.position[k]) / dt - this.#velocity[k]);
       this.#turning += speeds * ((angleBetween(raw.quaternion, quaternion) * REACH_MM) / dt - this.#turning);
-      const moved = weightOf(MIN_CUTOFF_HZ + PER_SPEED * Math.hypot(...this.#velocity), dt);
+      const moved = weightOf(MIN_CUTOFF_HZ + (PER_SPEED * Math.hypot(...this.#velocity)) / this.#perMm, dt);
       for (let k = 0; k < 3; k++) this.#position[k] += moved * (position[k] - this.#position[k]);
       slerp(this.#quaternion, quaternion, weightOf(MIN_CUTOFF_HZ + PER_SPEED * this.#turning, dt));
     }

@@ -34,9 +34,10 @@ export class SurfaceMesh {
    * @param {MeshTopology} topology
    * @param {MeshMethod} method
    */
-  constructor({ vertices, confidence, deviations = new Float32Array() }, { faces, textureCoordinates }, method) {
-    /** (x, y, z) of each vertex, mm, camera frame: x right, y down, z forward. */
-    this.vertices = vertices;
+  constructor({ vertices, confidence, deviations = new Float32Array() }, { faces, textureCoordinates, perMm = 1 }, method) {
+    const inUnits = (/** @type {Float32Array} */ lengths) => (perMm === 1 ? lengths : lengths.map((mm) => perMm * mm));
+    /** (x, y, z) of each vertex, mm (or in the target's `unit`), camera frame: x right, y down, z forward. */
+    this.vertices = inUnits(vertices);
     /**
      * How far the image confirms each vertex, 0 to 1: low where nothing is printed, 0 where it is not seen. Of `completion`: 1 where the
      * finder sees the vertex, else 0.
@@ -46,7 +47,7 @@ export class SurfaceMesh {
      * Standard deviation of the place of each vertex, mm, along the direction in which it is least sure: what is hidden or blank is
      * loose. Known of a mesh that was fitted to one image; else empty.
      */
-    this.deviations = deviations;
+    this.deviations = inUnits(deviations);
     /** Three vertex indices per face, counter-clockwise seen from the printed side. The same array for every frame. */
     this.faces = faces;
     /** (u, v) of each vertex in the template's picture, v down. The same array for every frame. */

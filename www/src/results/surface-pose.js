@@ -28,7 +28,7 @@ export class SurfacePose {
    */
   constructor(topology, u, v, { smooth = true } = {}) {
     this.#topology = topology;
-    this.#filter = smooth ? new PoseFilter() : null;
+    this.#filter = smooth ? new PoseFilter(topology.perMm) : null;
     this.#on = placeOn(topology, u, v);
   }
 

@@ -9,7 +9,7 @@ import { closeFrame, readImage, transferableFrame } from "../frames/image-input.
 /**
  * What a worker makes a target of.
  *
- * @typedef {{ kind: "picture", pixels: ImageData, widthMm: number, heightMm: number }
+ * @typedef {{ kind: "picture", pixels: ImageData, widthMm: number, heightMm: number, hasSize: boolean }
  *   | { kind: "template" | "model", files: Map<string, Uint8Array> }} TargetSource
  */
 
@@ -25,11 +25,15 @@ const LONGEST_SIDE = 1024;
 /** How far the ratio of the sides given may be from that of the picture, as a fraction: rounding, and a printer's margins. */
 const MAX_STRETCH = 0.05;
 
+/** The engine counts in millimetres: so wide is a print whose width is not known. */
+const MADE_UP_MM = 200;
+
 const TEMPLATE_FILE = "template.json";
 
 /**
  * @param {string} name
  * @param {unknown} value
+ * @returns {asserts value is number}
  */
 function checkSide(name, value) {
   // Which lengths a print can have is the engine's to know.
@@ -39,11 +43,13 @@ function checkSide(name, value) {
 
 /**
  * @param {ImageInput} image
- * @param {{ widthMm: number, heightMm?: number, signal?: AbortSignal }} size of the print, without the paper's margins
+ * @param {{ widthMm?: number, heightMm?: number, signal?: AbortSignal }} size of the print, without the paper's margins
  * @returns {Promise<Extract<TargetSource, { kind: "picture" }>>}
  * @throws {DeepSftError} `target-unusable`, `image-unreadable`, `image-cross-origin`
  */
-export async function pictureSource(image, { widthMm, heightMm, signal }) {
+export async function pictureSource(image, { widthMm: given, heightMm, signal }) {
+  const hasSize = given !== undefined || heightMm !== undefined;
+  const widthMm = hasSize ? given : MADE_UP_MM;
   checkSide("widthMm", widthMm);
   if (heightMm !== undefined) checkSide("heightMm", heightMm);
   const { frame, width, height } = await transferableFrame(await readImage(image, signal));
@@ -54,7 +60,7 @@ export async function pictureSource(image, { widthMm, heightMm, signal }) {
         `The picture has ${width} x ${height} pixels, which do not fit ${widthMm} x ${heightMm} mm: the size is that of the ` +
           "picture without the paper's margins.",
       );
-    return { kind: "picture", pixels: await opaquePixels(frame), widthMm, heightMm: heightMm ?? naturalMm };
+    return { kind: "picture", pixels: await opaquePixels(frame), widthMm, heightMm: heightMm ?? naturalMm, hasSize };
   } finally {
     closeFrame(frame);
   }

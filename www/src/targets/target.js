@@ -17,8 +17,9 @@ export class Target {
    * @param {string} name
    * @param {TargetKind} kind
    * @param {TargetDescription} description
+   * @param {boolean} [hasSize] whether the size is that of the print, and not one that was made up
    */
-  constructor(id, name, kind, { width, height, rgba, sizeMm: [widthMm, heightMm], mesh, grade }) {
+  constructor(id, name, kind, { width, height, rgba, sizeMm: [widthMm, heightMm], mesh, grade }, hasSize = true) {
     /** Tells the targets of one `DeepSft` apart. */
     this.id = id;
     /** For people. */
@@ -27,16 +28,22 @@ export class Target {
     this.kind = kind;
     /** The picture on it, as it is looked for: at most 1024 pixels along the longer side if it was added as a picture. */
     this.texture = new ImageData(rgba, width, height);
-    /** Width of the flat print. */
-    this.widthMm = widthMm;
-    /** Its height. */
-    this.heightMm = heightMm;
+    /**
+     * What lengths of it are counted in, depths and distances too: millimetres, or, of a print whose size is not known, its width.
+     *
+     * @type {"mm" | "width"}
+     */
+    this.unit = hasSize ? "mm" : "width";
+    /** Width of the flat print; NaN where it is not known. */
+    this.widthMm = hasSize ? widthMm : Number.NaN;
+    /** Its height; likewise. */
+    this.heightMm = hasSize ? heightMm : Number.NaN;
     /**
      * What of its mesh no frame changes.
      *
      * @type {MeshTopology}
      */
-    this.mesh = mesh;
+    this.mesh = hasSize ? mesh : { ...mesh, perMm: 1 / widthMm };
     /** How well features will find it, said before it is printed; null of a model's target, which has a network. */
     this.grade = grade;
   }

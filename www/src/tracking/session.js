@@ -8,6 +8,7 @@ import { canonicalFrame, canonicalIntrinsics } from "../frames/canonical-frame.j
 import { OwnFrames } from "../frames/own-frames.js";
 import { Patience } from "../frames/patience.js";
 import { cameraForFrame, intrinsicsOf } from "../camera/intrinsics.js";
+import { scaledDepth } from "../results/estimate.js";
 import { SurfaceMesh } from "../results/surface-mesh.js";
 import { TrackedFrame, TrackedTarget } from "../results/tracked-frame.js";
 import { VideoFrames } from "../frames/video-frames.js";
@@ -214,8 +215,9 @@ export class Session extends EventTarget {
    * @throws {DeepSftError} `target-unknown`, `closed`
    */
   async maps(target) {
-    const [{ id } = { id: -1 }] = target ? [target] : this.#followed.values();
-    return this.#parts.tracker.maps({ id });
+    const [of] = target ? [target] : this.#followed.values();
+    const maps = await this.#parts.tracker.maps({ id: of?.id ?? -1 });
+    return { ...maps, depth: scaledDepth(maps.depth, of?.mesh.perMm) };
   }
 
   /** @param {unknown} error what ends it; null where it is wanted */

@@ -104,6 +104,41 @@ test("without a model a picture is found, fitted to the image and told from othe
   });
 });
 
+test("a print is added by its address, and without its size lengths are counted in its width; a signal leaves nothing behind", { timeout: SLOW_MS }, async () => {
+  await withPictures({}, async ({ page }) => {
+    const frame = encodePng({ ...shown[0].picture, values: shown[0].picture.rgb }).toString("base64");
+    const seen = await page.evaluate(
+      async ([{ widthMm }, base64, camera]) => {
+        const image = `data:image/png;base64,${base64}`;
+        const element = Object.assign(new Image(), { src: URL.createObjectURL(pictures[0]) });
+        const look = async (options) => {
+          // Not loaded yet the first time.
+          const target = await sft.addPicture(element, options);
+          const estimate = await sft.estimate(image, { camera, target });
+          const { vertices, deviations } = await estimate.completeMesh();
+          const depths = estimate.depth.values().filter((d) => d > 0);
+          const seen = { unit: target.unit, widthMm: target.widthMm, lengths: [...vertices, ...deviations, ...depths.slice(0, 100)] };
+          estimate.close();
+          sft.removeTarget(target);
+          return seen;
+        };
+        const [known, unknown] = [await look({ widthMm }), await look()];
+        const named = await sft.addPicture("/models/poster-a4/template/texture.png?signed");
+        const aborted = new AbortController();
+        const adding = sft.addPicture(pictures[1], { signal: aborted.signal }).catch(({ message }) => message);
+        const looking = sft.estimate(image, { target: named, signal: aborted.signal }).catch(({ message }) => message);
+        aborted.abort(new Error("left"));
+        return { known, unknown, name: named.name, reasons: [await adding, await looking], left: sft.targets.length };
+      },
+      [PRINTS[0], frame, camera],
+    );
+    assert.deepEqual([seen.known.unit, seen.unknown.unit, seen.name, seen.reasons, seen.left], ["mm", "width", "texture.png", ["left", "left"], 1]);
+    assert.ok(Number.isNaN(seen.unknown.widthMm ?? Number.NaN));
+    const off = seen.known.lengths.map((mm, i) => Math.abs(mm / PRINTS[0].widthMm - seen.unknown.lengths[i]));
+    assert.ok(off.length > 1000 && median(off) < 0.002, `${median(off)} widths`);
+  });
+});
+
 test(
   "of three pictures before a camera two are followed at once, lost when they are covered, found again, and removed",
   { timeout: SLOW_MS },
@@ -337,8 +372,7 @@ test("what cannot be a target is refused with a code and a reason", { timeout: S
       };
       const size = { widthMm: 100 };
       const cases = {
-        "no options": [print],
-        "no width": [print, {}],
+        "a height alone": [print, { heightMm: 100 }],
         "zero width": [print, { widthMm: 0 }],
         "negative width": [print, { widthMm: -210 }],
         "a width that is no number": [print, { widthMm: Number.NaN }],

@@ -1,7 +1,8 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { SurfaceMesh, verticesInImage } from "deepsft";
+import { SurfaceMesh, SurfacePose, verticesInImage } from "deepsft";
+import { scaledDepth } from "../../src/results/estimate.js";
 
 /** A square of two faces in the plane z = 500 mm whose printed side looks at the camera, as the template's mesh is wound. */
 const square = (vertices) =>
@@ -70,4 +71,20 @@ test("of a sheet that lies before itself the nearest place counts, and its back 
   const at = (x, z) => fold.placeAt(...verticesInImage(Float32Array.of(x, 0, z), CAMERA), CAMERA);
   assert.ok(at(-40, 500)[0] < 0.2, "beside the fold");
   assert.equal(at(20, 491), null, "on the back of what is folded over");
+});
+
+test("lengths of a print whose size is not known are counted in its width, and its anchors are as steady", () => {
+  const perMm = 1 / 200;
+  const topology = { faces: Uint32Array.of(0, 2, 1), textureCoordinates: Float32Array.of(0, 0, 1, 0, 0, 1) };
+  const raw = (z) => ({ vertices: Float32Array.of(-100, -50, z, 100, -50, z, -100, 50, z), confidence: new Float32Array(3), deviations: Float32Array.of(2, 4, 6) });
+  const [inMm, inWidths] = [topology, { ...topology, perMm }].map((of) => ({ of, pose: new SurfacePose(of, 0.2, 0.2) }));
+  const given = raw(400);
+  const mesh = new SurfaceMesh(given, inWidths.of, "fit");
+  assert.deepEqual([mesh.pointAt(0, 0), ...mesh.deviations].flat().map((x) => x.toFixed(4)), ["-0.5000", "-0.2500", "2.0000", "0.0100", "0.0200", "0.0300"]);
+  assert.equal(given.vertices[2], 400, "the engine's own stay");
+  assert.deepEqual([...scaledDepth(Float32Array.of(-1, 400), perMm)], [-1, 2]);
+  for (let i = 0; i < 20; i++) {
+    for (const { of, pose } of [inMm, inWidths]) pose.follow(new SurfaceMesh(raw(400 + 4 * i), of, "tracking"), 33 * i);
+    inMm.pose.position.forEach((mm, k) => assert.ok(Math.abs(mm * perMm - inWidths.pose.position[k]) < 1e-5, `${i}`));
+  }
 });

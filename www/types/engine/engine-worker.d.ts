@@ -43,6 +43,7 @@ export type RawEstimate = EngineEstimate & {
 export type MeshTopology = {
     faces: Uint32Array;
     textureCoordinates: Float32Array;
+    perMm?: number;
 };
 export type PictureGrade = {
     level: "hopeless" | "poor" | "fair" | "good";
@@ -135,7 +136,9 @@ export type MeshRequest = {
  * What of a mesh no frame changes: three vertex indices per face, counter-clockwise seen from the front, and (u, v) of each
  * vertex.
  *
- * @typedef {{ faces: Uint32Array, textureCoordinates: Float32Array }} MeshTopology
+ * `perMm` is there where the print's size is not known: a millimetre of the engine's in units of its width.
+ *
+ * @typedef {{ faces: Uint32Array, textureCoordinates: Float32Array, perMm?: number }} MeshTopology
  */
 /**
  * How well a print will be found: `good`, `fair` (lost in hard views), `poor` (found now and then, or mistaken), or `hopeless`. The

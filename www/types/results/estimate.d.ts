@@ -89,7 +89,7 @@ export declare class Estimate {
     shapeDetermined: boolean;
     /** What gave the maps: the model's network, or the features of a picture; null when nothing was seen. */
     by: "features" | "network" | null;
-    /** Distance along the optical axis, mm; -1 outside the object. */
+    /** Distance along the optical axis, mm (or in the target's `unit`); -1 outside the object. */
     depth: EstimateMap<Float32Array<ArrayBufferLike>>;
     /** Texture position (u, v) in the unit square, v down; (-1, -1) outside the object. */
     registration: EstimateMap<Float32Array<ArrayBufferLike>>;
@@ -134,3 +134,10 @@ export declare class Estimate {
     /** Lets the maps and the frame go. */
     close(): void;
 }
+/**
+ * Depths in another unit; those outside stay -1.
+ *
+ * @param {Float32Array} depth
+ * @param {number} [scale]
+ */
+export declare function scaledDepth(depth: Float32Array, scale?: number): Float32Array<ArrayBufferLike>;

@@ -5,6 +5,8 @@ export type Quaternion = [number, number, number, number];
 /** The One-Euro filter (Casiez, Roussel and Vogel 2012) of a position and an orientation. */
 export declare class PoseFilter {
     #private;
+    /** @param {number} [perMm] a millimetre in the unit of the positions */
+    constructor(perMm?: number);
     /** Takes the next pose as it is. */
     reset(): void;
     /**

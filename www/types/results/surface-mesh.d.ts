@@ -21,7 +21,7 @@ export type MeshMethod = "fit" | "completion" | "tracking";
 /** A triangle mesh in the camera's frame. */
 export declare class SurfaceMesh {
     #private;
-    /** (x, y, z) of each vertex, mm, camera frame: x right, y down, z forward. */
+    /** (x, y, z) of each vertex, mm (or in the target's `unit`), camera frame: x right, y down, z forward. */
     vertices: Float32Array<ArrayBufferLike>;
     /**
      * How far the image confirms each vertex, 0 to 1: low where nothing is printed, 0 where it is not seen. Of `completion`: 1 where the
@@ -44,7 +44,7 @@ export declare class SurfaceMesh {
      * @param {MeshTopology} topology
      * @param {MeshMethod} method
      */
-    constructor({ vertices, confidence, deviations }: Omit<RawSurface, "deviations"> & Partial<RawSurface>, { faces, textureCoordinates }: MeshTopology, method: MeshMethod);
+    constructor({ vertices, confidence, deviations }: Omit<RawSurface, "deviations"> & Partial<RawSurface>, { faces, textureCoordinates, perMm }: MeshTopology, method: MeshMethod);
     /**
      * Unit normals (x, y, z) of the vertices, camera frame: the mean of the faces around each, by their area. They point away
      * from the printed side's back: towards the camera where the print is seen.

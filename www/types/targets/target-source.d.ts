@@ -5,6 +5,7 @@ export type TargetSource = {
     pixels: ImageData;
     widthMm: number;
     heightMm: number;
+    hasSize: boolean;
 } | {
     kind: "template" | "model";
     files: Map<string, Uint8Array>;
@@ -12,12 +13,12 @@ export type TargetSource = {
 export type TemplateInput = string | URL | Map<string, Uint8Array> | Iterable<File>;
 /**
  * @param {ImageInput} image
- * @param {{ widthMm: number, heightMm?: number, signal?: AbortSignal }} size of the print, without the paper's margins
+ * @param {{ widthMm?: number, heightMm?: number, signal?: AbortSignal }} size of the print, without the paper's margins
  * @returns {Promise<Extract<TargetSource, { kind: "picture" }>>}
  * @throws {DeepSftError} `target-unusable`, `image-unreadable`, `image-cross-origin`
  */
-export declare function pictureSource(image: ImageInput, { widthMm, heightMm, signal }: {
-    widthMm: number;
+export declare function pictureSource(image: ImageInput, { widthMm: given, heightMm, signal }: {
+    widthMm?: number;
     heightMm?: number;
     signal?: AbortSignal;
 }): Promise<Extract<TargetSource, {

@@ -17,9 +17,15 @@ export declare class Target {
     kind: TargetKind;
     /** The picture on it, as it is looked for: at most 1024 pixels along the longer side if it was added as a picture. */
     texture: ImageData;
-    /** Width of the flat print. */
+    /**
+     * What lengths of it are counted in, depths and distances too: millimetres, or, of a print whose size is not known, its width.
+     *
+     * @type {"mm" | "width"}
+     */
+    unit: "mm" | "width";
+    /** Width of the flat print; NaN where it is not known. */
     widthMm: number;
-    /** Its height. */
+    /** Its height; likewise. */
     heightMm: number;
     /**
      * What of its mesh no frame changes.
@@ -34,8 +40,9 @@ export declare class Target {
      * @param {string} name
      * @param {TargetKind} kind
      * @param {TargetDescription} description
+     * @param {boolean} [hasSize] whether the size is that of the print, and not one that was made up
      */
-    constructor(id: number, name: string, kind: TargetKind, { width, height, rgba, sizeMm: [widthMm, heightMm], mesh, grade }: TargetDescription);
+    constructor(id: number, name: string, kind: TargetKind, { width, height, rgba, sizeMm: [widthMm, heightMm], mesh, grade }: TargetDescription, hasSize?: boolean);
 }
 /**
  * @param {string} message
