@@ -14,6 +14,7 @@ import { Orbit } from "./graphics/orbit.js";
 import { workOffline } from "./offline/offline.js";
 import { OwnPicture, scanAmong } from "./own/own-picture.js";
 import { PlainStage } from "./stage/plain-stage.js";
+import { check } from "./radio-group.js";
 import { cameraSource, clipSource } from "./sources.js";
 import { Stage } from "./stage/stage.js";
 import { Subjects } from "./subjects.js";
@@ -39,6 +40,9 @@ const REMEDY_WORDS = {
 const NO_WEBGL = "This browser offers no WebGL 2, so the mesh is drawn plainly (webgl-unavailable).";
 /** What the arrow keys move the object by, of the print's sides. @type {Readonly<Record<string, [number, number]>>} */
 const OBJECT_STEPS = { ArrowLeft: [-0.04, 0], ArrowRight: [0.04, 0], ArrowUp: [0, -0.04], ArrowDown: [0, 0.04] };
+const TITLES = { start: document.title, own: "Your own picture – DeepSfT", live: "Live – DeepSfT" };
+/** What has the focus first in each view. */
+const FOCUSED = { start: "choose-picture", own: "own", live: "back" };
 const STAGE_WORDS = "The picture with what was found drawn over it";
 const SOURCE_WORDS = { camera: "Camera", clip: "Clip, synthetic", image: "Image" };
 
@@ -63,7 +67,7 @@ const view = {
   loadingText: byId("loading-text", HTMLSpanElement),
   loadingFigures: byId("loading-figures", HTMLSpanElement),
   loadingBar: byId("loading-bar", HTMLProgressElement),
-  message: byId("message", HTMLElement),
+  message: byId("message", HTMLDialogElement),
   notice: byId("notice", HTMLDivElement),
   scale: byId("scale", HTMLDivElement),
   papers: byId("papers", HTMLDivElement),
@@ -99,15 +103,17 @@ let orbit = null;
 const subjects = new Subjects(showProgress, () => showWaiting("Learning your picture"));
 /** @type {VideoSource | null} */
 let source = null;
-/** Number of the newest start, so that an older one that is still under way gives up. */
-let session = 0;
+/** Ends what was started last, with its camera or clip. */
+let leaving = new AbortController();
+/** Whether the page is on its way back in the browser's history. */
+let isReturning = false;
 /** @type {() => void} what "Try again" does */
 let retry = () => undefined;
 
 const own = new OwnPicture(view.own, {
   show() {
     leaveLive();
-    view.message.hidden = true;
+    closeMessage();
     showView("own");
   },
   leave: () => showView("start"),
@@ -123,13 +129,35 @@ const own = new OwnPicture(view.own, {
 
 /** @param {"start" | "own" | "live"} name */
 function showView(name) {
+  const before = document.body.dataset.view;
   document.body.dataset.view = name;
   view.live.hidden = name !== "live";
   view.own.hidden = name !== "own";
+  document.title = TITLES[name];
   if (name !== "own") own.close();
   if (name === "start") hero.start();
   else hero.stop();
   takeNewVersion();
+  if (before === undefined || before === name) return;
+  // What had the focus is gone, or goes.
+  byId(FOCUSED[name], HTMLElement).focus({ preventScroll: true });
+  // The browser's way back leads to the start, like the page's own.
+  if (name !== "start" && !history.state) history.pushState({ isView: true }, "");
+  if (name !== "start" || !history.state || isReturning) return;
+  isReturning = true;
+  history.back();
+}
+
+/** Back to the start screen. */
+function leave() {
+  leaveLive();
+  closeMessage();
+  showView("start");
+}
+
+function closeMessage() {
+  view.message.hidden = true;
+  view.message.close();
 }
 
 /** @param {LoadProgress} progress */
@@ -152,9 +180,14 @@ function showWaiting(words) {
   view.loadingBar.removeAttribute("value");
 }
 
-/** What is looked for, ready to be looked for. */
-async function readySubject() {
+/**
+ * What is looked for, ready to be looked for.
+ *
+ * @param {AbortSignal} signal
+ */
+async function readySubject(signal) {
   const subject = await subjects.ready();
+  signal.throwIfAborted();
   live.use(subject);
   const { fallback } = subject.sft.info;
   const { grade } = /** @type {Graded} */ (subject.target);
@@ -175,13 +208,13 @@ function say(...sentences) {
  * Opens the live view and runs `run` in it; what it throws is shown.
  *
  * @param {keyof typeof SOURCE_WORDS} kind
- * @param {(current: () => boolean) => Promise<void>} run is told whether it is still wanted
+ * @param {(signal: AbortSignal) => Promise<void>} run ends with the signal
  */
 async function enterLive(kind, run) {
   leaveLive();
-  const own = ++session;
+  const { signal } = (leaving = new AbortController());
   retry = () => void enterLive(kind, run);
-  view.message.hidden = true;
+  closeMessage();
   byId("source-label", HTMLParagraphElement).textContent = SOURCE_WORDS[kind];
   view.loading.hidden = false;
   view.loadingText.textContent = kind === "camera" ? "Asking for the camera" : "Starting";
@@ -196,9 +229,9 @@ async function enterLive(kind, run) {
     stage ??= createStage();
     live ??= createLive();
     measureControls();
-    await run(() => own === session);
+    await run(signal);
   } catch (error) {
-    if (own === session) showMessage(error);
+    if (!signal.aborted) showMessage(error);
   }
 }
 
@@ -254,22 +287,22 @@ function createLive() {
 
 /**
  * @param {"camera" | "clip"} kind
- * @param {(video: HTMLVideoElement) => Promise<VideoSource>} open
+ * @param {(video: HTMLVideoElement, signal: AbortSignal) => Promise<VideoSource>} open
  */
 function startVideo(kind, open) {
-  void enterLive(kind, async (current) => {
+  void enterLive(kind, async (signal) => {
     // Side by side: the model loads while the person answers the camera's question.
-    const subject = readySubject();
+    const subject = readySubject(signal);
     subject.catch(() => undefined);
-    const opened = await open(view.video);
-    if (!current()) return opened.stop();
+    const opened = await open(view.video, signal);
+    signal.throwIfAborted();
     source = opened;
-    if (opened.stream) watch(opened.stream, current);
+    if (opened.stream) watch(opened.stream, signal);
     void cameras.use(opened.stream);
     awake.keep(true);
     if (opened.stream?.error) throw opened.stream.error;
     await subject;
-    if (!current()) return;
+    signal.throwIfAborted();
     showWaiting("Looking at the first frame");
     await live.follow(view.video, opened);
   });
@@ -279,18 +312,19 @@ function startVideo(kind, open) {
  * Says what becomes of a camera.
  *
  * @param {CameraStream} stream
- * @param {() => boolean} current whether it is still wanted
+ * @param {AbortSignal} signal
  */
-function watch(stream, current) {
-  stream.addEventListener("lost", () => current() && showMessage(stream.error));
-  stream.addEventListener("interrupted", () => {
-    if (!current()) return;
+function watch(stream, signal) {
+  const interrupted = () => {
     showWaiting("The camera is interrupted");
     view.loading.hidden = false;
-  });
+  };
+  if (stream.interrupted) interrupted();
+  stream.addEventListener("lost", () => showMessage(stream.error), { signal });
+  stream.addEventListener("interrupted", interrupted, { signal });
   // What was gathered is about the other one.
-  stream.addEventListener("switched", () => calibration.stop());
-  stream.addEventListener("resumed", () => current() && (view.loadingText.textContent = "Looking at the next frame"));
+  stream.addEventListener("switched", () => calibration.stop(), { signal });
+  stream.addEventListener("resumed", () => (view.loadingText.textContent = "Looking at the next frame"), { signal });
 }
 
 /** The clip shows the poster. */
@@ -301,22 +335,20 @@ function startClip() {
 
 /** @param {Blob} image */
 function startImage(image) {
-  void enterLive("image", async (current) => {
-    await readySubject();
-    if (!current()) return;
+  void enterLive("image", async (signal) => {
+    await readySubject(signal);
     showWaiting("Looking at the image");
-    await live.show(image, current);
+    await live.show(image, () => !signal.aborted);
   });
 }
 
 function leaveLive() {
-  session++;
+  leaving.abort();
   calibration.stop();
   shots.stop();
   measures.reset();
   void cameras.use(null);
   awake.keep(false);
-  source?.stop();
   source = null;
   live?.stop();
 }
@@ -347,7 +379,8 @@ function restoreContexts(canvases) {
       stage = createStage();
       [stage.overlay, stage.paper, stage.object] = [overlay, paper, object];
       live = createLive();
-      void readySubject().then(resume, showMessage);
+      // The start screen has none of it.
+      if (resume !== nothing) resume();
       resume = nothing;
     });
   }
@@ -377,6 +410,7 @@ function showMessage(error, again) {
   byId("message-remedies", HTMLDivElement).replaceChildren(...buttons);
   view.loading.hidden = true;
   view.message.hidden = false;
+  if (!view.message.open) view.message.showModal();
   buttons[0]?.focus();
 }
 
@@ -390,16 +424,6 @@ function applyRemedy(remedy) {
   else if (remedy === "edit") own.edit();
   else if (remedy === "scan") own.chooseScan();
   else location.reload();
-}
-
-/**
- * @param {HTMLElement} group
- * @param {string} name of the data attribute
- * @param {string} value
- */
-function check(group, name, value) {
-  for (const button of group.querySelectorAll("button"))
-    button.setAttribute("aria-checked", String(button.dataset[name] === value));
 }
 
 /** @param {Overlay} overlay */
@@ -457,13 +481,18 @@ view.imageFile.addEventListener("change", () => {
   view.imageFile.value = "";
   if (file) startImage(file);
 });
-for (const id of ["back", "message-close"]) {
-  byId(id, HTMLButtonElement).addEventListener("click", () => {
-    leaveLive();
-    view.message.hidden = true;
-    showView("start");
-  });
-}
+for (const id of ["back", "message-close"]) byId(id, HTMLButtonElement).addEventListener("click", leave);
+view.message.addEventListener("cancel", (event) => {
+  event.preventDefault();
+  leave();
+});
+addEventListener("popstate", () => {
+  const isAway = document.body.dataset.view !== "start" && !history.state;
+  // Who has come back and gone on meanwhile stays there.
+  if (isAway && isReturning) history.pushState({ isView: true }, "");
+  else if (isAway) leave();
+  isReturning = false;
+});
 byId("notice-close", HTMLButtonElement).addEventListener("click", () => (view.notice.hidden = true));
 view.overlays.addEventListener("click", ({ target }) => {
   const overlay = target instanceof HTMLElement && target.closest("button")?.dataset.overlay;
@@ -475,7 +504,9 @@ view.papers.addEventListener("click", ({ target }) => {
 });
 view.hudToggle.addEventListener("click", () => openHud(view.hudToggle.getAttribute("aria-expanded") !== "true"));
 view.calibrate.addEventListener("click", async () => {
-  if (source?.stream) calibration.start(source.stream, (await readySubject()).target);
+  const { signal } = leaving;
+  const { target } = (await subjects.ready().catch(() => null)) ?? {};
+  if (target && source?.stream && !signal.aborted) calibration.start(source.stream, target);
 });
 view.forget.addEventListener("click", () => {
   const { videoWidth, videoHeight } = view.video;

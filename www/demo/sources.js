@@ -10,56 +10,47 @@ import { rememberedCamera } from "./live/camera-switch.js";
  * @property {"camera" | "clip"} kind
  * @property {CameraOption | undefined} camera
  * @property {CameraStream | null} stream of a real camera
- * @property {() => void} stop
  */
 
 /** The clip in each coding, the one to prefer first. */
 const CLIPS = [
-  { url: "demo/clip.webm", type: 'video/webm; codecs="vp8"' },
   { url: "demo/clip.mp4", type: 'video/mp4; codecs="avc1.64001f"' },
+  { url: "demo/clip.webm", type: 'video/webm; codecs="vp8"' },
 ];
 const CLIP_CAMERA_URL = "demo/clip.json";
 
 /**
  * @param {HTMLVideoElement} video
+ * @param {AbortSignal} signal ends it, and frees the video
  * @returns {Promise<VideoSource>}
  */
-export async function cameraSource(video) {
-  const stream = await openCamera(video, rememberedCamera());
-  return { kind: "camera", camera: undefined, stream, stop: () => stream.stop() };
+export async function cameraSource(video, signal) {
+  const stream = await openCamera(video, { ...rememberedCamera(), signal });
+  return { kind: "camera", camera: undefined, stream };
 }
 
 /**
  * The bundled clip.
  *
  * @param {HTMLVideoElement} video
+ * @param {AbortSignal} signal ends it, and frees the video
  * @returns {Promise<VideoSource>}
  */
-export async function clipSource(video) {
-  const description = fetched(CLIP_CAMERA_URL).then((response) => /** @type {Promise<{ camera: Camera }>} */ (response.json()));
+export async function clipSource(video, signal) {
+  const description = fetched(CLIP_CAMERA_URL, signal).then((response) => /** @type {Promise<{ camera: Camera }>} */ (response.json()));
   description.catch(() => undefined);
-  const listening = new AbortController();
   // Phones pause videos while the page is away, and leave them so.
   const playOn = () => void (document.visibilityState === "visible" && video.play().catch(() => undefined));
-  document.addEventListener("visibilitychange", playOn, { signal: listening.signal });
-  addEventListener("pageshow", playOn, { signal: listening.signal });
-  let release = () => {};
-  const stop = () => {
-    listening.abort();
-    video.pause();
-    video.removeAttribute("src");
-    video.load();
-    release();
-  };
+  document.addEventListener("visibilitychange", playOn, { signal });
+  addEventListener("pageshow", playOn, { signal });
   video.muted = true;
   video.loop = true;
   try {
-    release = await playFirst(video);
+    await playFirst(video, signal);
     const { camera } = await description;
-    return { kind: "clip", camera, stream: null, stop };
+    return { kind: "clip", camera, stream: null };
   } catch (error) {
-    stop();
-    if (error instanceof DeepSftError) throw error;
+    if (signal.aborted || error instanceof DeepSftError) throw error;
     throw new DeepSftError("image-unreadable", "This browser cannot play the clip.", { cause: error });
   }
 }
@@ -69,35 +60,48 @@ export async function clipSource(video) {
  * browsers play no video from memory (WebKit on Linux): they get the address.
  *
  * @param {HTMLVideoElement} video
- * @returns {Promise<() => void>} lets the memory go
+ * @param {AbortSignal} signal
  */
-async function playFirst(video) {
+async function playFirst(video, signal) {
   /** @type {unknown} */
   let refusal = new Error("It knows none of the clip's codings.");
   for (const { url, type } of CLIPS) {
     if (video.canPlayType(type) === "") continue;
-    const whole = URL.createObjectURL(await fetched(url).then((response) => response.blob()));
-    const release = () => URL.revokeObjectURL(whole);
+    const whole = URL.createObjectURL(await fetched(url, signal).then((response) => response.blob()));
+    // From then on the video is another's, who may come at once.
+    const free = () => {
+      video.pause();
+      video.removeAttribute("src");
+      video.load();
+      URL.revokeObjectURL(whole);
+    };
+    signal.throwIfAborted();
+    signal.addEventListener("abort", free, { once: true });
     for (const address of [whole, url]) {
       video.src = address;
       try {
-        await video.play();
-        return release;
+        return await video.play();
       } catch (error) {
+        signal.throwIfAborted();
         refusal = error;
-        // Everything else is not about the file: the person has left, or nothing may play by itself.
+        // Everything else is not about the file: nothing may play by itself.
         if (!(error instanceof DOMException && error.name === "NotSupportedError")) break;
       }
     }
-    release();
+    signal.removeEventListener("abort", free);
+    free();
     if (!(refusal instanceof DOMException && refusal.name === "NotSupportedError")) break;
   }
   throw refusal;
 }
 
-/** @param {string} url */
-async function fetched(url) {
-  const response = await fetch(url).catch(() => null);
+/**
+ * @param {string} url
+ * @param {AbortSignal} signal
+ */
+async function fetched(url, signal) {
+  const response = await fetch(url, { signal }).catch(() => null);
+  signal.throwIfAborted();
   if (!response?.ok) throw new DeepSftError("image-unreadable", `${url} could not be fetched.`);
   return response;
 }

@@ -23,6 +23,8 @@ export class Subjects {
   #onLearning;
   /** Engines by the model they were loaded with; "" for none. @type {Map<string, Promise<DeepSft>>} */
   #engines = new Map();
+  /** The first of them that was there. @type {DeepSft | null} */
+  #loaded = null;
   /** @type {ReadyPicture | "poster"} */
   #chosen = "poster";
   /** The picture that an engine knows. @type {{ picture: ReadyPicture, subject: Promise<Subject> } | null} */
@@ -76,9 +78,9 @@ export class Subjects {
     return sft.readScan(files);
   }
 
-  /** One engine does for all, if the poster's is there already. */
-  #anyEngine() {
-    return [...this.#engines.values()][0] ?? this.#engine("");
+  /** One engine does for all, if one is there already. One that still loads a model, or fails to, is not waited for. */
+  async #anyEngine() {
+    return this.#loaded ?? this.#engine("");
   }
 
   /**
@@ -86,11 +88,12 @@ export class Subjects {
    * @param {Promise<Subject> | undefined} before the picture that it takes the place of
    * @returns {Promise<Subject>}
    */
-  async #learn({ canvas, name, widthMm }, before) {
+  async #learn(picture, before) {
+    const { canvas, name, widthMm } = picture;
     const old = await before?.catch(() => undefined);
     old?.sft.removeTarget(old.target);
     const sft = await this.#anyEngine();
-    this.#onLearning();
+    if (this.#chosen === picture) this.#onLearning();
     return { kind: "picture", sft, target: await sft.addPicture(canvas, { widthMm, name }) };
   }
 
@@ -106,7 +109,10 @@ export class Subjects {
     const keep = VERSION === null || model !== POSTER_MODEL;
     const loading = DeepSft.load(model === "" ? undefined : model, { device: wantedDevice(), keep, onProgress: this.#onProgress });
     this.#engines.set(model, loading);
-    loading.catch(() => this.#engines.delete(model));
+    loading.then(
+      (sft) => (this.#loaded ??= sft),
+      () => this.#engines.delete(model),
+    );
     return loading;
   }
 }

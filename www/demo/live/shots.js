@@ -88,11 +88,12 @@ export class Recording {
     const parts = [];
     recorder.addEventListener("dataavailable", ({ data }) => parts.push(data));
     this.finished = new Promise((resolve, reject) => {
-      recorder.addEventListener("error", () => reject(new Error("The browser ended the recording.")));
-      recorder.addEventListener("stop", () => {
+      const end = () => {
+        clearTimeout(this.#clock);
         for (const track of stream.getTracks()) track.stop();
-        resolve(new Blob(parts, { type: recorder.mimeType }));
-      });
+      };
+      recorder.addEventListener("error", () => (end(), reject(new Error("The browser ended the recording."))));
+      recorder.addEventListener("stop", () => (end(), resolve(new Blob(parts, { type: recorder.mimeType }))));
     });
     recorder.start(1000);
     this.#clock = setTimeout(() => this.stop(), MAX_MS);
@@ -104,7 +105,6 @@ export class Recording {
   }
 
   stop() {
-    clearTimeout(this.#clock);
     if (this.#recorder.state !== "inactive") this.#recorder.stop();
   }
 }

@@ -4,7 +4,6 @@ import { openCamera } from "deepsft";
 import { rememberedCamera } from "../live/camera-switch.js";
 import { pictureFrom } from "./read-picture.js";
 
-/** @import { CameraStream } from "deepsft" */
 /** @import { OpenedPicture } from "./read-picture.js" */
 /** @import { Corners } from "./corner-editor.js" */
 
@@ -17,10 +16,7 @@ export class Capture {
   #video;
   #guide;
   #shutter;
-  /** @type {CameraStream | null} */
-  #stream = null;
-  /** Number of the newest opening, so that a camera that comes too late is closed again. */
-  #opening = 0;
+  #leaving = new AbortController();
   /** @type {(picture: OpenedPicture, corners: Corners) => void} */
   onPicture = () => undefined;
   /** @type {(error: unknown) => void} */
@@ -37,31 +33,31 @@ export class Capture {
   }
 
   async open() {
-    const opening = ++this.#opening;
+    this.close();
+    const { signal } = (this.#leaving = new AbortController());
     this.#root.hidden = false;
     this.#root.dataset.ready = "false";
     this.#shutter.disabled = true;
     try {
       const choice = rememberedCamera();
       // One looks at the print, not at the person.
-      const stream = await openCamera(this.#video, choice.facing === "user" ? {} : choice);
-      if (opening !== this.#opening) return stream.stop();
-      this.#stream = stream;
+      const stream = await openCamera(this.#video, { ...(choice.facing === "user" ? {} : choice), signal });
       stream.addEventListener("resize", () => this.#place());
+      // What stands still is not what the print looks like now.
+      const follow = () => (this.#shutter.disabled = stream.interrupted);
+      for (const event of ["interrupted", "resumed"]) stream.addEventListener(event, follow);
       stream.addEventListener("lost", () => this.#fail(stream.error));
       this.#place();
       this.#root.dataset.ready = "true";
-      this.#shutter.disabled = false;
+      follow();
       this.#shutter.focus();
     } catch (error) {
-      if (opening === this.#opening) this.#fail(error);
+      if (!signal.aborted) this.#fail(error);
     }
   }
 
   close() {
-    this.#opening++;
-    this.#stream?.stop();
-    this.#stream = null;
+    this.#leaving.abort();
     this.#root.hidden = true;
   }
 

@@ -1,6 +1,7 @@
 // The person's own picture on its way to the library: its corners, its size in print.
 
 import { estimatedCamera, printAspect, rectifyPicture } from "deepsft";
+import { check } from "../radio-group.js";
 import { CornerEditor } from "./corner-editor.js";
 import { MIN_MM, MAX_MM, formatLength, isUsableLength, largestOn, layOut, parseLength } from "./print-size.js";
 import { MAX_PICTURE_LENGTH, canvasOf, contextOf, turned } from "./read-picture.js";
@@ -178,8 +179,7 @@ export class PictureEditor {
     } catch {
       // Then it is asked for again next time.
     }
-    for (const button of this.#root.querySelectorAll("#units button"))
-      if (button instanceof HTMLElement) button.setAttribute("aria-checked", String(button.dataset.unit === unit));
+    check(this.#part("#units", HTMLElement), "unit", unit);
     this.#showSize();
   }
 
@@ -199,8 +199,7 @@ export class PictureEditor {
   }
 
   #check() {
-    for (const button of this.#root.querySelectorAll("#usual-sizes button"))
-      if (button instanceof HTMLElement) button.setAttribute("aria-checked", String(button.dataset.usual === this.#usual));
+    check(this.#part("#usual-sizes", HTMLElement), "usual", this.#usual);
   }
 
   /** Draws the flat picture small, once before the screen shows its next frame. */

@@ -134,11 +134,21 @@ function opacityOf(canvas) {
   const small = canvasOf(64, 64);
   const context = contextOf(small);
   context.drawImage(canvas, 0, 0, 64, 64);
-  const { data } = context.getImageData(0, 0, 64, 64);
+  const { data } = pixelsOf(context);
   const range = { least: 255, most: 0 };
   for (let i = 3; i < data.length; i += 4) {
     range.least = Math.min(range.least, data[i]);
     range.most = Math.max(range.most, data[i]);
   }
   return range;
+}
+
+/** @param {CanvasRenderingContext2D} context */
+function pixelsOf(context) {
+  try {
+    return context.getImageData(0, 0, 64, 64);
+  } catch (cause) {
+    // Some browsers take what is in some drawings (SVG with parts of pages) for another site's.
+    throw new PictureError("image-unreadable", "This browser does not tell what is in this picture. Save it as PNG or JPEG.", { cause });
+  }
 }
