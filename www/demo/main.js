@@ -1,6 +1,5 @@
 // The demo page: a start screen, the person's own picture, the live view, and what to say when something is in the way.
 
-import { CalibrationPanel } from "./live/calibration-panel.js";
 import { CameraSwitch } from "./live/camera-switch.js";
 import { Hero } from "./graphics/hero.js";
 import { Hud } from "./live/hud.js";
@@ -74,7 +73,6 @@ const view = {
   objects: byId("objects", HTMLDivElement),
   stage: byId("stage", HTMLCanvasElement),
   overlays: byId("overlays", HTMLDivElement),
-  calibrate: byId("calibrate", HTMLButtonElement),
   forget: byId("forget", HTMLButtonElement),
   hudToggle: byId("hud-toggle", HTMLButtonElement),
   imageFile: byId("image-file", HTMLInputElement),
@@ -87,7 +85,6 @@ const measures = new MeasuresPanel(byId("measures", HTMLParagraphElement), byId(
 const shots = new ShotButtons(byId("shots", HTMLDivElement), () => (live.draw(), scene()), (error) =>
   say(`This could not be kept: ${error instanceof Error ? error.message : error}`),
 );
-const calibration = new CalibrationPanel(byId("calibration", HTMLDivElement));
 const cameras = new CameraSwitch(
   byId("cameras", HTMLDivElement),
   (name) => (byId("source-label", HTMLParagraphElement).textContent = name || SOURCE_WORDS.camera),
@@ -218,8 +215,6 @@ async function enterLive(kind, run) {
   byId("source-label", HTMLParagraphElement).textContent = SOURCE_WORDS[kind];
   view.loading.hidden = false;
   view.loadingText.textContent = kind === "camera" ? "Asking for the camera" : "Starting";
-  // Its views are the network's answers, which pictures do without.
-  view.calibrate.hidden = kind !== "camera" || subjects.kind === "picture";
   view.live.dataset.source = kind;
   view.live.dataset.subject = subjects.kind;
   if (subjects.kind === "picture" && stage?.overlay === "mask") chooseOverlay("paper");
@@ -270,10 +265,7 @@ function orWithoutWebGl(make) {
 function createLive() {
   const created = new Live(stage, hud, createOrbit(), byId("region", HTMLDivElement));
   const shown = () => (view.loading.hidden = source?.stream?.interrupted !== true);
-  created.onEstimate = (estimate) => {
-    shown();
-    calibration.add(estimate);
-  };
+  created.onEstimate = shown;
   created.onDraw = () => shots.add(scene);
   created.onMesh = (mesh, camera, atOnce) => measures.show(mesh, camera, atOnce);
   created.onFrame = () => subjects.kind === "picture" && shown();
@@ -322,8 +314,6 @@ function watch(stream, signal) {
   if (stream.interrupted) interrupted();
   stream.addEventListener("lost", () => showMessage(stream.error), { signal });
   stream.addEventListener("interrupted", interrupted, { signal });
-  // What was gathered is about the other one.
-  stream.addEventListener("switched", () => calibration.stop(), { signal });
   stream.addEventListener("resumed", () => (view.loadingText.textContent = "Looking at the next frame"), { signal });
 }
 
@@ -344,7 +334,6 @@ function startImage(image) {
 
 function leaveLive() {
   leaving.abort();
-  calibration.stop();
   shots.stop();
   measures.reset();
   void cameras.use(null);
@@ -503,11 +492,6 @@ view.papers.addEventListener("click", ({ target }) => {
   if (paper) choosePaper(/** @type {Paper} */ (paper));
 });
 view.hudToggle.addEventListener("click", () => openHud(view.hudToggle.getAttribute("aria-expanded") !== "true"));
-view.calibrate.addEventListener("click", async () => {
-  const { signal } = leaving;
-  const { target } = (await subjects.ready().catch(() => null)) ?? {};
-  if (target && source?.stream && !signal.aborted) calibration.start(source.stream, target);
-});
 view.forget.addEventListener("click", () => {
   const { videoWidth, videoHeight } = view.video;
   source?.stream?.calibrate(videoWidth, videoHeight, null);

@@ -5,9 +5,8 @@ export { CameraStream, listCameras, openCamera } from "./camera/camera-stream.js
 export { DeepSft } from "./deepsft.js";
 export { DeepSftError } from "./error.js";
 export { Estimate, EstimateMap } from "./results/estimate.js";
-export { FocalCalibration } from "./calibration/focal-calibration.js";
 export { PAPER_CAMERAS, TYPICAL_FOCAL_FRACTION, estimatedCamera } from "./camera/intrinsics.js";
-export { isPrintOutline, printAspect, rectifyPicture } from "./calibration/rectify.js";
+export { isPrintOutline, printAspect, rectifyPicture } from "./targets/rectify.js";
 export { Session } from "./tracking/session.js";
 export { measureSheet } from "./results/measures.js";
 export { SurfaceMesh } from "./results/surface-mesh.js";
@@ -29,7 +28,7 @@ export type PictureGrade = import("./engine/engine-worker.js").PictureGrade;
 export type DeepSftErrorCode = import("./error.js").DeepSftErrorCode;
 export type EstimateTimes = import("./results/estimate.js").EstimateTimes;
 export type ImageInput = import("./frames/image-input.js").ImageInput;
-export type PrintCorners = import("./calibration/rectify.js").PrintCorners;
+export type PrintCorners = import("./targets/rectify.js").PrintCorners;
 export type Camera = import("./camera/intrinsics.js").Camera;
 export type CameraOption = import("./camera/intrinsics.js").CameraOption;
 export type CameraSource = import("./camera/intrinsics.js").CameraSource;
@@ -59,7 +58,7 @@ export type Smoothing = import("./tracking/tracker-worker.js").Smoothing;
 /** @typedef {import("./error.js").DeepSftErrorCode} DeepSftErrorCode */
 /** @typedef {import("./results/estimate.js").EstimateTimes} EstimateTimes */
 /** @typedef {import("./frames/image-input.js").ImageInput} ImageInput */
-/** @typedef {import("./calibration/rectify.js").PrintCorners} PrintCorners */
+/** @typedef {import("./targets/rectify.js").PrintCorners} PrintCorners */
 /** @typedef {import("./camera/intrinsics.js").Camera} Camera */
 /** @typedef {import("./camera/intrinsics.js").CameraOption} CameraOption */
 /** @typedef {import("./camera/intrinsics.js").CameraSource} CameraSource */

@@ -13,7 +13,7 @@ import { meshDistance } from "../support/meshes.mjs";
 import { encodePng } from "../support/png.mjs";
 import { makePrint } from "../support/prints.mjs";
 import { y4m } from "../support/y4m.mjs";
-import { applyHomography, fitHomography } from "../../src/calibration/homography.js";
+import { outlineHomography } from "../../src/targets/rectify.js";
 
 /** A postcard that nothing was trained for. */
 const PRINT = { width: 740, height: 525, seed: 7 };
@@ -146,12 +146,14 @@ const CORNERS = [[-1, -1], [1, -1], [1, 1], [-1, 1]].map(([i, j]) => {
 /** The print as a camera sees it lie flat with its corners there. */
 function photographOf(corners, [width, height] = [900, 700]) {
   const print = makePrint(PRINT);
-  const rectangle = [[0, 0], [print.width, 0], [print.width, print.height], [0, print.height]]; // prettier-ignore
-  const { matrix } = fitHomography(corners, rectangle);
+  const [a, b, c, d, e, f, g, h, i] = outlineHomography(corners, print.width, print.height);
+  // From the photograph to the print: the inverse, up to its scale.
+  const back = [e * i - f * h, c * h - b * i, b * f - c * e, f * g - d * i, a * i - c * g, c * d - a * f, d * h - e * g, b * g - a * h, a * e - b * d];
   const rgb = new Uint8Array(3 * width * height).fill(120);
   for (let y = 0; y < height; y++) {
     for (let x = 0; x < width; x++) {
-      const [u, v] = applyHomography(matrix, [x + 0.5, y + 0.5]).map(Math.floor);
+      const [p, q, r] = [0, 3, 6].map((row) => back[row] * (x + 0.5) + back[row + 1] * (y + 0.5) + back[row + 2]);
+      const [u, v] = [Math.floor(p / r), Math.floor(q / r)];
       if (u < 0 || v < 0 || u >= print.width || v >= print.height) continue;
       const from = 3 * (v * print.width + u);
       rgb.set(print.values.subarray(from, from + 3), 3 * (y * width + x));

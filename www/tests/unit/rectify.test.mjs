@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { isPrintOutline, printAspect, rectifyPicture } from "../../src/calibration/rectify.js";
+import { isPrintOutline, printAspect, rectifyPicture } from "../../src/targets/rectify.js";
 
 // Node.js has none; the rectification needs its three fields only.
 globalThis.ImageData ??= class {

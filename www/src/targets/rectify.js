@@ -1,7 +1,5 @@
 // The flat picture of a print, from a photograph of it and its four corners.
 
-import { fitHomography } from "./homography.js";
-
 /**
  * A print's corners in a photograph, (x, y) in pixels from the photograph's top left corner: the print's top left, top right,
  * bottom right and bottom left.
@@ -75,23 +73,22 @@ export function rectifyPicture(photograph, corners, width, height) {
 }
 
 /**
- * The homography from a rectangle of `width` x `height` at the origin to the corners.
+ * The homography from a rectangle of `width` x `height` at the origin to the corners, row-major (Heckbert, Fundamentals of texture mapping and
+ * image warping, 1989, section 2.2.3).
  *
  * @param {PrintCorners} corners
  * @param {number} width
  * @param {number} height
  */
-function outlineHomography(corners, width, height) {
-  /** @type {[number, number][]} */
-  const rectangle = [[0, 0], [width, 0], [width, height], [0, height]]; // prettier-ignore
-  const fitted = isPrintOutline(corners)
-    ? fitHomography(
-        rectangle,
-        corners.map(([x, y]) => [x, y]),
-      )
-    : null;
-  if (!fitted) throw new RangeError(`The corners ${JSON.stringify(corners)} are not those of a print seen from its front.`);
-  return fitted.matrix;
+export function outlineHomography(corners, width, height) {
+  if (!isPrintOutline(corners)) throw new RangeError(`The corners ${JSON.stringify(corners)} are not those of a print seen from its front.`);
+  const [[x0, y0], [x1, y1], [x2, y2], [x3, y3]] = corners;
+  const [ax, ay, bx, by] = [x1 - x2, y1 - y2, x3 - x2, y3 - y2];
+  const [sx, sy] = [x0 - x1 + x2 - x3, y0 - y1 + y2 - y3];
+  const area = ax * by - bx * ay;
+  const [g, h] = [(sx * by - bx * sy) / area, (ax * sy - sx * ay) / area];
+  const unit = [x1 - x0 + g * x1, x3 - x0 + h * x3, x0, y1 - y0 + g * y1, y3 - y0 + h * y3, y0, g, h, 1];
+  return unit.map((value, i) => value / [width, height, 1][i % 3]);
 }
 
 /**

@@ -31,3 +31,12 @@ export declare function printAspect(corners: PrintCorners, { fx, fy, cx, cy }: {
  * @throws {RangeError} for corners that are no {@link isPrintOutline outline}
  */
 export declare function rectifyPicture(photograph: ImageData, corners: PrintCorners, width: number, height: number): ImageData;
+/**
+ * The homography from a rectangle of `width` x `height` at the origin to the corners, row-major (Heckbert, Fundamentals of texture mapping and
+ * image warping, 1989, section 2.2.3).
+ *
+ * @param {PrintCorners} corners
+ * @param {number} width
+ * @param {number} height
+ */
+export declare function outlineHomography(corners: PrintCorners, width: number, height: number): number[];
