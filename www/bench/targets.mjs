@@ -121,7 +121,7 @@ async function measureTracking([prints, files, camera, warmUpS, seconds]) {
     const followed = targets.filter(({ found, held }) => found && !held).length;
     frames.push({ at: performance.now(), followed, trackMs: times.trackMs, findersPerS: networkFps });
   }
-  stream.stop();
+  stream.close();
   const measured = frames.filter(({ at }) => at > frames.at(-1).at - 1000 * seconds);
   const median = (values) => values.toSorted((a, b) => a - b)[values.length >> 1];
   const lastS = (measured.at(-1).at - measured[0].at) / 1000;

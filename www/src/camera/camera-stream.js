@@ -31,11 +31,11 @@ export async function openCamera(video, { signal, ...wanted } = {}) {
   signal?.throwIfAborted();
   // A question to the person cannot be taken back; a camera that is allowed too late is freed at once.
   const camera = new CameraStream(video, await unlessAborted(requestStream(wanted), signal, stopStream));
-  signal?.addEventListener("abort", () => camera.stop(), { signal: camera.stopped });
+  signal?.addEventListener("abort", () => camera.close(), { signal: camera.signal });
   try {
     await camera.start();
   } catch (error) {
-    camera.stop();
+    camera.close();
     signal?.throwIfAborted();
     throw error;
   }
@@ -105,8 +105,8 @@ export class CameraStream extends EventTarget {
     return this.#video;
   }
 
-  /** Aborted when it was stopped, or is lost. */
-  get stopped() {
+  /** Aborted when it was closed, or is lost. */
+  get signal() {
     return this.#listening.signal;
   }
 
@@ -200,7 +200,7 @@ export class CameraStream extends EventTarget {
   }
 
   /** Ends the stream and frees the camera. */
-  stop() {
+  close() {
     this.#listening.abort();
     this.#letGo();
     if (this.#video.srcObject === this.#stream) this.#video.srcObject = null;
@@ -228,10 +228,10 @@ export class CameraStream extends EventTarget {
     this.dispatchEvent(new Event("switched"));
   }
 
-  /** @throws {DeepSftError} once stopped or lost */
+  /** @throws {DeepSftError} once closed or lost */
   #requireRunning() {
     if (this.error) throw this.error;
-    if (this.#listening.signal.aborted) throw new DeepSftError("closed", "The camera was stopped.");
+    if (this.#listening.signal.aborted) throw new DeepSftError("closed", "The camera was closed.");
   }
 
   /** Ends the stream that plays, which is not told as its loss. */
@@ -273,7 +273,7 @@ export class CameraStream extends EventTarget {
     const clocks = [];
     const shown = new Promise((resolve, reject) => {
       track.addEventListener("ended", () => reject(this.#end()), { signal });
-      signal.addEventListener("abort", () => reject(this.error ?? new DeepSftError("closed", "The camera was stopped.")));
+      signal.addEventListener("abort", () => reject(this.error ?? new DeepSftError("closed", "The camera was closed.")));
       video.addEventListener("loadeddata", resolve, { once: true, signal });
       const muted = () => track.muted && (this.#interrupt(), resolve(undefined));
       const nothing = new DeepSftError("camera-busy", "The camera was opened, but gives no picture.");
@@ -363,7 +363,7 @@ export class CameraStream extends EventTarget {
 
   #lose(error = lostError()) {
     this.error = error;
-    this.stop();
+    this.close();
     this.dispatchEvent(new Event("lost"));
     return this.error;
   }

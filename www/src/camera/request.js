@@ -8,7 +8,7 @@ import { DeepSftError } from "../error.js";
  * @typedef {object} OpenCameraOptions
  * @property {Facing} [facing] which way the camera should look; default "environment"
  * @property {string} [deviceId] a certain camera; where it is not there any more, one that looks the wanted way
- * @property {AbortSignal} [signal] stops the camera, or its opening, which then rejects with the signal's reason
+ * @property {AbortSignal} [signal] closes the camera, or ends its opening, which then rejects with the signal's reason
  */
 
 /** The picture to ask for. */

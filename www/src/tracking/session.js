@@ -143,8 +143,8 @@ export class Session extends EventTarget {
     signal?.addEventListener("abort", () => this.#finish(signal.reason), options);
     const stream = this.#stream;
     stream?.addEventListener("interrupted", () => this.#tell("interrupted", null), options);
-    stream?.stopped.addEventListener("abort", () => this.#finish(stream.error), options);
-    if (stream?.stopped.aborted) this.#finish(stream.error);
+    stream?.signal.addEventListener("abort", () => this.#finish(stream.error), options);
+    if (stream?.signal.aborted) this.#finish(stream.error);
     this.#iterator = this.#run();
   }
 

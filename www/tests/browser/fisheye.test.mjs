@@ -159,7 +159,7 @@ test("a sheet is followed through a fisheye", { timeout: SLOW_MS }, (t) =>
         if (mesh) meshes.push({ vertices: [...mesh.vertices], points: [...deepsft.verticesInImage(mesh.vertices, of)], of });
         if (meshes.length === 12) break;
       }
-      stream.stop();
+      stream.close();
       sft.close();
       return meshes.at(-1);
     }, CAMERA);

@@ -209,7 +209,7 @@ test(
           codes.push(code);
         }
         session.close();
-        stream.stop();
+        stream.close();
         return { names, codes, area: depth.filter((d) => d > 0).length };
       });
       const { frames, events, ended } = await page.evaluate(() => ({ frames, events, ended: globalThis.ended }));
@@ -296,7 +296,7 @@ test("beside a model on WebGPU pictures are followed, also after the GPU was los
       async ([base64, camera]) => {
         const image = new Blob([Uint8Array.from(atob(base64), (c) => c.charCodeAt(0))]);
         session.close();
-        stream.stop();
+        stream.close();
         const found = [];
         for (const target of sft.targets) {
           const estimate = await sft.estimate(image, { target, camera });
@@ -342,7 +342,7 @@ test("sixteen pictures at once: one is found, and their memory is used again whe
           }
           const count = sft.targets.length;
           for (const target of targets) sft.removeTarget(target);
-          stream.stop();
+          stream.close();
           video.remove();
           return { count, found: [...found], left: sft.targets.length, none: await codeOf(sft.estimate(pictures[0])) };
         },

@@ -147,7 +147,7 @@ test("an abort while the camera starts, and after that, stops it", async () => {
   const video = new Video();
   const camera = await openCamera(video, { signal: playing.signal });
   playing.abort();
-  assert.deepEqual([stream.track.readyState, video.srcObject, camera.stopped.aborted, camera.error], ["ended", null, true, null]);
+  assert.deepEqual([stream.track.readyState, video.srcObject, camera.signal.aborted, camera.error], ["ended", null, true, null]);
 });
 
 test("a camera that is muted from the start is interrupted until it is unmuted; one that gives nothing is refused", async (t) => {
@@ -390,7 +390,7 @@ test("where the former camera does not open again either, the camera is lost; on
   const { opened } = phone();
   const stopped = await openCamera(new Video());
   const switching = stopped.switchTo({ facing: "user" });
-  stopped.stop();
+  stopped.close();
   await assert.rejects(switching, { code: "closed" });
   assert.ok(opened.every(({ track }) => track.readyState === "ended"));
 });

@@ -308,7 +308,7 @@ test("a camera calibrates itself; its interruptions are told, and its loss ends 
   assert.equal(events.at(-1)[0], "interrupted");
   camera.error = new DeepSftError("camera-lost", "");
   const rest = iterator.next();
-  camera.stop();
+  camera.close();
   await assert.rejects(rest, { code: "camera-lost" });
 
   worker = new FakeWorker();
@@ -318,7 +318,7 @@ test("a camera calibrates itself; its interruptions are told, and its loss ends 
   video.show(30);
   await uncalibrated[Symbol.asyncIterator]().next();
   assert.equal(deviations.at(-1), 0);
-  other.stop();
+  other.close();
   assert.equal(uncalibrated.closed, true, "whoever stops the camera ends what follows it");
 });
 

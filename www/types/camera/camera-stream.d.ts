@@ -51,8 +51,8 @@ export declare class CameraStream extends EventTarget {
     constructor(video: HTMLVideoElement, stream: MediaStream);
     /** The element it plays in. */
     get video(): HTMLVideoElement;
-    /** Aborted when it was stopped, or is lost. */
-    get stopped(): AbortSignal;
+    /** Aborted when it was closed, or is lost. */
+    get signal(): AbortSignal;
     /** Plays the stream; called by {@link openCamera}. */
     start(): Promise<void>;
     /** Name of the camera. */
@@ -92,5 +92,5 @@ export declare class CameraStream extends EventTarget {
         facing: Facing;
     }): Promise<void>;
     /** Ends the stream and frees the camera. */
-    stop(): void;
+    close(): void;
 }

@@ -10,7 +10,7 @@ export type OpenCameraOptions = {
      */
     deviceId?: string;
     /**
-     * stops the camera, or its opening, which then rejects with the signal's reason
+     * closes the camera, or ends its opening, which then rejects with the signal's reason
      */
     signal?: AbortSignal;
 };
