@@ -145,7 +145,18 @@ export class Hero {
   /** @param {HTMLCanvasElement} canvas */
   constructor(canvas) {
     this.#canvas = canvas;
-    const gl = canvas.getContext("webgl2", { alpha: true, antialias: true, depth: true });
+    canvas.addEventListener("webglcontextlost", (event) => {
+      // Without this the context would not come back.
+      event.preventDefault();
+      this.#sheet = this.#print = null;
+    });
+    canvas.addEventListener("webglcontextrestored", () => this.#build());
+    this.#build();
+  }
+
+  /** Makes what is drawn, for the first time or anew in a context that was given back. */
+  #build() {
+    const gl = this.#canvas.getContext("webgl2", { alpha: true, antialias: true, depth: true });
     // An ornament: without WebGL the start screen does without.
     if (!gl) return;
     const program = createProgram(gl, VERTEX_SHADER, FRAGMENT_SHADER);
@@ -166,7 +177,8 @@ export class Hero {
     gl.vertexAttribPointer(location, 2, gl.FLOAT, false, 0, 0);
     gl.enable(gl.DEPTH_TEST);
     this.#sheet = { gl, program, indices: indices.length, software: drawsInSoftware(gl) };
-    void this.#loadPoster(gl);
+    if (this.#own) this.#show(this.#own);
+    else void this.#loadPoster(gl);
   }
 
   /** Whether the processor does the drawing, as it does without WebGL. */

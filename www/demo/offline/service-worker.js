@@ -85,11 +85,15 @@ async function fetched(name) {
  */
 async function part(whole, range) {
   const bytes = await whole.arrayBuffer();
-  const [, first = "0", last = ""] = /^bytes=(\d+)-(\d*)$/.exec(range) ?? [];
-  const [from, to] = [Number(first), last === "" ? bytes.byteLength - 1 : Math.min(Number(last), bytes.byteLength - 1)];
+  const { byteLength: length } = bytes;
+  const [, first = "", last = ""] = /^bytes=(\d*)-(\d*)$/.exec(range) ?? [];
   const headers = new Headers(whole.headers);
+  // Servers may give all where they do not understand.
+  if (first + last === "") return new Response(bytes, { headers });
+  const [from, to] = first === "" ? [Math.max(0, length - Number(last)), length - 1] : [Number(first), Math.min(Number(last || length), length - 1)];
+  if (from > to) return new Response(null, { status: 416, headers: { "content-range": `bytes */${length}` } });
   headers.set("content-length", String(to - from + 1));
-  headers.set("content-range", `bytes ${from}-${to}/${bytes.byteLength}`);
+  headers.set("content-range", `bytes ${from}-${to}/${length}`);
   return new Response(bytes.slice(from, to + 1), { status: 206, headers });
 }
 

@@ -81,6 +81,25 @@ test("after one visit the clip is followed, and an example runs, without a serve
   });
 });
 
+test("players get the part of a kept file that they ask for, also its end", { timeout: SLOW_MS }, async () => {
+  const page = await visit();
+  await kept(page);
+  await page.reload();
+  await serverless(async () => {
+    const answers = await page.evaluate(async () => {
+      const { byteLength } = await (await fetch("demo/icon.png")).arrayBuffer();
+      const asked = async (range) => {
+        const response = await fetch("demo/icon.png", { headers: { range } });
+        return [response.status, (await response.arrayBuffer()).byteLength, response.headers.get("content-range")?.replaceAll(`${byteLength}`, "N")];
+      };
+      return Promise.all(["bytes=0-9", "bytes=-100", "bytes=10-", `bytes=${byteLength}-`, "bytes=0-1,4-5"].map(asked)).then((all) => [byteLength, ...all]);
+    });
+    const [length, ...seen] = answers;
+    assert.deepEqual(seen.map(([status, bytes]) => [status, bytes]), [[206, 10], [206, 100], [206, length - 10], [416, 0], [200, length]]);
+    assert.equal(seen[1][2], `bytes ${length - 100}-${length - 1}/N`);
+  });
+});
+
 test("a new version takes the old one's place as a whole, at once where nothing goes on", { timeout: SLOW_MS }, async () => {
   const page = await visit();
   await kept(page);

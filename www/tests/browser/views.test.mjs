@@ -41,6 +41,28 @@ test("the browser's way back leads to the start, as the page's own does, and fro
   }),
 );
 
+test("the start screen's sheet comes back with its graphics context", { timeout: SLOW_MS }, () =>
+  onPage(async (page) => {
+    const size = async () => (await page.locator("#hero").screenshot()).length;
+    const style = (opacity) => page.evaluate((opacity) => void (document.querySelector("#hero").style.opacity = opacity), opacity);
+    await style("0");
+    const blank = await size();
+    await style("");
+    const isDrawn = async () => {
+      for (let i = 0; i < 50 && (await size()) < 2 * blank; i++) await page.waitForTimeout(100);
+      return (await size()) >= 2 * blank;
+    };
+    assert.ok(await isDrawn(), "it is there");
+    await page.evaluate(async () => {
+      const extension = document.querySelector("#hero").getContext("webgl2").getExtension("WEBGL_lose_context");
+      extension.loseContext();
+      await new Promise((resolve) => setTimeout(resolve, 100));
+      extension.restoreContext();
+    });
+    assert.ok(await isDrawn(), "and again");
+  }),
+);
+
 test("a message holds the keyboard, Escape leaves it, and the focus goes back to the page", { timeout: SLOW_MS }, () =>
   onPage(
     async (page) => {
