@@ -250,6 +250,8 @@ export class Session extends EventTarget {
   async *#run() {
     /** @type {Following | null} */
     let next = null;
+    // It may have been held back from the start.
+    if (this.#stream?.interrupted) this.#tell("interrupted", null);
     try {
       while (!this.#end) {
         const current = next ?? (await this.#begin());

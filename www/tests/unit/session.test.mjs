@@ -314,10 +314,13 @@ test("a camera calibrates itself; its interruptions are told, and its loss ends 
   worker = new FakeWorker();
   worker.answers = ({ focalDeviation }) => (deviations.push(focalDeviation), {});
   const other = fakeCamera(video);
+  other.interrupted = true;
   const uncalibrated = follow(other, { calibrate: false });
+  const early = listen(uncalibrated, "interrupted");
   video.show(30);
   await uncalibrated[Symbol.asyncIterator]().next();
   assert.equal(deviations.at(-1), 0);
+  assert.equal(early.length, 1, "what was so before is told when it begins");
   other.close();
   assert.equal(uncalibrated.closed, true, "whoever stops the camera ends what follows it");
 });
