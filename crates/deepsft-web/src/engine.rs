@@ -226,7 +226,7 @@ impl Engine {
     fn adding(&self, id: u32, template: impl FnOnce() -> Result<Template, Failure> + 'static) -> Promise {
         let core = Rc::clone(&self.core);
         settle::promise(async move {
-            let target = EngineTarget::of_sheet(template()?)?;
+            let target = EngineTarget::of_template(template()?)?;
             core.targets.borrow_mut().insert(id, Rc::new(target));
             Ok(JsValue::UNDEFINED)
         })

@@ -47,8 +47,8 @@ impl EngineTarget {
         }
     }
 
-    /// A sheet that nothing was trained for.
-    pub fn of_sheet(template: Template) -> Result<Self, Failure> {
+    /// A template that nothing was trained for.
+    pub fn of_template(template: Template) -> Result<Self, Failure> {
         let target = Target::from_template(template);
         let finder = TargetFinder::new(target.clone()).map_err(Failure::of_target)?;
         let grade = finder.grade();

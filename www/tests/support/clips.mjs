@@ -17,15 +17,16 @@ import { untar } from "./tar.mjs";
  */
 
 /**
- * A clip, 480 x 270 pixels times `scale`, or 270 x 480 `upright`, 30 frames a second: of the poster, or of a picture that is printed
- * `widthMm` wide.
+ * A clip, 480 x 270 pixels times `scale`, or 270 x 480 `upright`, 30 frames a second: of the poster, of a picture that is printed
+ * `widthMm` wide, or of a `template`, a folder.
  *
  * @param {string} folder to write
- * @param {{ event: string, frames: number, seed: number, scale?: number, upright?: boolean, picture?: string, widthMm?: number }} options
+ * @param {{ event: string, frames: number, seed: number, scale?: number, upright?: boolean, picture?: string, widthMm?: number, template?: string }} options
  * @returns {Promise<{ folder: string, camera: object, frames: ClipFrame[] }>}
  */
-export async function makeClip(folder, { event, frames, seed, scale = 1, upright = false, picture, widthMm }) {
-  const object = picture ? ["--picture", picture, "--size-mm", String(widthMm)] : ["--model", MODEL];
+export async function makeClip(folder, { event, frames, seed, scale = 1, upright = false, picture, widthMm, template }) {
+  const other = template ? ["--template", template] : ["--model", MODEL];
+  const object = picture ? ["--picture", picture, "--size-mm", String(widthMm)] : other;
   const [count, size] = [String(frames), String(scale)];
   await deepsft(
     "clip",

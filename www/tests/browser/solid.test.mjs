@@ -1,0 +1,59 @@
+// An object with a volume in a page, without any training: the soft toy of this repository.
+
+import assert from "node:assert/strict";
+import { mkdtemp, rm } from "node:fs/promises";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { test } from "node:test";
+
+import { ROOT } from "../../serve.mjs";
+import { SLOW_MS } from "../support/browser.mjs";
+import { makeClip } from "../support/clips.mjs";
+import { onPage } from "../support/page.mjs";
+
+const FRAMES = 40;
+
+test("a soft toy is found and followed as a picture is", { timeout: SLOW_MS }, async () => {
+  const folder = await mkdtemp(join(tmpdir(), "deepsft-solid-"));
+  try {
+    const template = join(ROOT, "models", "soft-toy", "template");
+    const clip = await makeClip(join(folder, "clip"), { event: "motion", frames: FRAMES, seed: 9_000_001, scale: 2, template });
+    await onPage({ webgpu: false }, async ({ page }) => {
+      const seen = await page.evaluate(
+        async ({ pngs, camera }) => {
+          const sft = await deepsft.DeepSft.load();
+          const toy = await sft.addTemplate("/models/soft-toy/template", { name: "toy" });
+          async function* frames() {
+            for (const [i, png] of pngs.entries()) {
+              const frame = await createImageBitmap(new Blob([Uint8Array.from(atob(png), (character) => character.charCodeAt(0))]));
+              // The finder works beside the tracker: at the camera's rate it would be done when the clip is over.
+              await new Promise((resolve) => setTimeout(resolve, 400));
+              yield { frame, timeMs: 33 * i };
+              frame.close();
+            }
+          }
+          const meshes = [];
+          for await (const tracked of sft.follow(frames(), { camera })) {
+            const { found, mesh } = tracked.of(toy);
+            meshes.push(found ? [...mesh.vertices] : null);
+          }
+          const { kind, grade } = toy;
+          sft.close();
+          return { meshes, kind, grade };
+        },
+        { pngs: clip.frames.map(({ png }) => png.toString("base64")), camera: clip.camera },
+      );
+      assert.deepEqual([seen.kind, seen.grade, seen.meshes.length], ["template", null, FRAMES]);
+      const found = seen.meshes.flatMap((vertices, i) => (vertices ? [{ vertices, truth: clip.frames[i].vertices }] : []));
+      assert.ok(found.length >= FRAMES / 2, `found in ${found.length} of ${FRAMES} frames`);
+      for (const { vertices, truth } of found.slice(-5)) {
+        const distance = (_, i) => Math.hypot(...[0, 1, 2].map((axis) => vertices[3 * i + axis] - truth[3 * i + axis]));
+        const off = Array.from({ length: truth.length / 3 }, distance).sort((a, b) => a - b);
+        const median = off[off.length >> 1];
+        assert.ok(median < 10, `the median vertex is ${median.toFixed(1)} mm off`);
+      }
+    });
+  } finally {
+    await rm(folder, { recursive: true, force: true });
+  }
+});
