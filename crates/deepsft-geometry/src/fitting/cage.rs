@@ -24,8 +24,6 @@ pub(crate) struct Cage {
     pub(crate) edges: Vec<[usize; 2]>,
     /// Of each vertex: nodes and their weights, which sum to 1.
     weights: Vec<[(usize, f64); CORNERS]>,
-    /// Nodes of the last solve.
-    last: Vec<DVec3>,
 }
 
 impl Cage {
@@ -62,7 +60,6 @@ impl Cage {
             weights.push(corners);
         }
         Self {
-            last: nodes.clone(),
             edges: edges.into_iter().collect(),
             nodes,
             weights,
@@ -98,12 +95,12 @@ impl Cage {
         self.weights.iter().map(mean).collect()
     }
 
-    /// The nodes with which the vertices are as near as may be to `vertices`.
+    /// The nodes with which the vertices are about at `vertices`: those of the rigid shape, brought nearer round by round.
     pub(crate) fn nodes_of(&self, vertices: &[DVec3]) -> Vec<DVec3> {
-        let here = self.interpolated(&self.last);
+        let here = self.interpolated(&self.nodes);
         let pairs = here.iter().zip(vertices).map(|(&p, &q)| (p, q, 1.0));
         let motion = RigidMotion::align(pairs, RigidMotion::IDENTITY);
-        let mut nodes: Vec<DVec3> = self.last.iter().map(|&p| motion.apply(p)).collect();
+        let mut nodes: Vec<DVec3> = self.nodes.iter().map(|&p| motion.apply(p)).collect();
         for _ in 0..ROUNDS {
             let here = self.interpolated(&nodes);
             let mut sums = vec![(DVec3::ZERO, 0.0); nodes.len()];
@@ -118,12 +115,6 @@ impl Cage {
             }
         }
         nodes
-    }
-
-    /// Takes `nodes` as those of the last solve; returns the vertices.
-    pub(crate) fn take(&mut self, nodes: Vec<DVec3>) -> Vec<DVec3> {
-        self.last = nodes;
-        self.interpolated(&self.last)
     }
 }
 

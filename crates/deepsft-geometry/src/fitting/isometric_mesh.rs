@@ -230,8 +230,8 @@ impl IsometricMesh {
                 .solver
                 .solve(&self.structure.with(stiffness, terms), &start, &options)?,
         };
-        if let Some(cage) = &mut self.cage {
-            solution.vertices = cage.take(solution.vertices);
+        if let Some(cage) = &self.cage {
+            solution.vertices = cage.interpolated(&solution.vertices);
         }
         solution.vertices = self.split(solution.vertices);
         Ok(solution)
