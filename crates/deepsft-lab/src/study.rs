@@ -4,6 +4,7 @@ mod blender;
 mod cameras;
 mod finding;
 mod rolls;
+mod solids;
 mod tracking;
 
 use anyhow::Result;
@@ -19,6 +20,8 @@ pub enum StudyCommand {
     Finding(finding::FindingStudyArguments),
     /// Measure how often an object is found by how it is rolled, before a camera that lies across and one that stands upright.
     Rolls(rolls::RollsArguments),
+    /// Measure how often objects with a volume are found without training, and how exact the fit is.
+    Solids(solids::SolidsArguments),
     /// Measure tracking on synthetic clips: fraction of frames tracked, recoveries, jitter, lag, time.
     Tracking(tracking::TrackingStudyArguments),
 }
@@ -29,6 +32,7 @@ pub fn run(command: &StudyCommand) -> Result<()> {
         StudyCommand::Cameras(arguments) => cameras::run(arguments),
         StudyCommand::Finding(arguments) => finding::run(arguments),
         StudyCommand::Rolls(arguments) => rolls::run(arguments),
+        StudyCommand::Solids(arguments) => solids::run(arguments),
         StudyCommand::Tracking(arguments) => tracking::run(arguments),
     }
 }

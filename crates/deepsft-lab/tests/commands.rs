@@ -117,6 +117,21 @@ fn the_study_of_a_few_clips_has_its_figures() {
 }
 
 #[test]
+fn solids_are_studied_one_a_row() {
+    let folder = tempfile::tempdir().unwrap();
+    let toy = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models/soft-toy/template");
+    let run = deepsft_lab(
+        folder.path(),
+        &["study", "solids", toy.to_str().unwrap(), "--frames", "2"],
+    );
+    let row = run.succeeds().stdout.lines().last().unwrap().to_owned();
+    let cells: Vec<&str> = row.split('|').map(str::trim).collect();
+    assert_eq!((cells[2], cells[5]), ("2", "0"), "{row}");
+    let [found, right] = [3, 4].map(|cell| cells[cell].parse::<u32>().unwrap());
+    assert!(right <= found && found <= 2, "{row}");
+}
+
+#[test]
 fn finding_is_studied_by_kind_of_print() {
     let folder = tempfile::tempdir().unwrap();
     let few = [
