@@ -174,7 +174,7 @@ export class DeepSft {
   }
 
   /**
-   * Makes a target of a template's folder, as `deepsft template` writes it: a sheet, found like a picture.
+   * Makes a target of a template's folder, as `deepsft template` writes it: a sheet or an object with a volume, found like a picture.
    *
    * @param {TemplateInput} input address of the folder, relative to the page, or its files
    * @param {{ name?: string }} [options]
