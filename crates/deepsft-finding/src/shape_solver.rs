@@ -242,8 +242,11 @@ struct Affine {
 }
 
 impl Affine {
-    /// Of places and their pixels.
+    /// Of places and their pixels. `None` of fewer than three, or of those on one line.
     fn fit(matches: &[(DVec2, DVec2)]) -> Option<Self> {
+        if matches.len() < 3 {
+            return None;
+        }
         let place = |m: &(DVec2, DVec2)| m.0;
         let pixel = |m: &(DVec2, DVec2)| m.1;
         let mut weights = vec![1.0; matches.len()];
