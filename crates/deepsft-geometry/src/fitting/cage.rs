@@ -82,16 +82,9 @@ impl Cage {
         pairs.into_iter().collect()
     }
 
-    /// A value of each vertex from one of each node.
-    pub(crate) fn interpolated<T>(&self, nodes: &[T]) -> Vec<T>
-    where
-        T: Copy + std::ops::Mul<f64, Output = T> + std::ops::Add<Output = T>,
-    {
-        let mean = |weights: &[(usize, f64); CORNERS]| {
-            let [(first, w), rest @ ..] = weights;
-            rest.iter()
-                .fold(nodes[*first] * *w, |sum, &(node, w)| sum + nodes[node] * w)
-        };
+    /// The vertices that the nodes move.
+    pub(crate) fn interpolated(&self, nodes: &[DVec3]) -> Vec<DVec3> {
+        let mean = |weights: &[(usize, f64); CORNERS]| weights.iter().map(|&(node, w)| w * nodes[node]).sum();
         self.weights.iter().map(mean).collect()
     }
 

@@ -127,7 +127,7 @@ impl FrameFitter {
 
     /// Fits a surface that was found in a smaller image to the pixels of the camera's own `image`: in close-ups of the sheet, up to the
     /// resolution of the image or of the print, whichever is less. A softer mesh is taken where it explains more of the image. The
-    /// surface stays where it is where the image shows no more detail. It tells its [`Surface::deviations`] in any case.
+    /// surface stays where it is where the image shows no more detail. A sheet tells its [`Surface::deviations`] in any case.
     ///
     /// # Errors
     /// [`GeometryError::MapSize`] when image and camera are not of one size, [`GeometryError::StartLength`] when the surface does not
@@ -162,6 +162,10 @@ impl FrameFitter {
             if !surface.is_hidden.is_empty() {
                 surface.is_hidden = fitted.correlation.is_hidden;
             }
+        }
+        // Of a solid no deviation is stated: how often they would hold has not been measured.
+        if !self.coarse.mesh_fitter.template.is_sheet() {
+            return Ok(surface);
         }
         let canonical = || CloseUp::new(image, camera, surface.camera, 1.0);
         let last = close_ups.pop().map_or_else(canonical, Ok)?;

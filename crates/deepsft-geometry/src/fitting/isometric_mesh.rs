@@ -134,7 +134,7 @@ impl IsometricMesh {
             .map_or_else(|| vertices.to_vec(), |welding| welding.weld(vertices))
     }
 
-    fn split<T: Copy>(&self, welded: Vec<T>) -> Vec<T> {
+    fn split(&self, welded: Vec<DVec3>) -> Vec<DVec3> {
         match &self.welding {
             Some(welding) => welding.split(&welded),
             None => welded,
@@ -184,22 +184,10 @@ impl IsometricMesh {
         self.solver.sensitivities(&all, vertices, right_hand_sides)
     }
 
-    /// As [`MeshSolver::covariances`], with `terms`, isometry and bending.
+    /// As [`MeshSolver::covariances`], with `terms`, isometry and bending: of a sheet.
     pub(crate) fn covariances(&mut self, terms: &[&dyn Energy], vertices: &[DVec3]) -> Option<Vec<DMat3>> {
-        let welded = self.weld(vertices);
-        let covariances = match &self.cage {
-            Some(cage) => {
-                let embedded: Vec<_> = terms.iter().map(|&term| Embedded { term, cage }).collect();
-                let terms: Vec<&dyn Energy> = embedded.iter().map(|term| term as &dyn Energy).collect();
-                let all = self.structure.with(Stiffness::WHOLE, &terms);
-                let of_nodes = self.solver.covariances(&all, &cage.nodes_of(&welded))?;
-                cage.interpolated(&of_nodes)
-            }
-            None => self
-                .solver
-                .covariances(&self.structure.with(Stiffness::WHOLE, terms), &welded)?,
-        };
-        Some(self.split(covariances))
+        let all = self.structure.with(Stiffness::WHOLE, terms);
+        self.solver.covariances(&all, vertices)
     }
 
     /// As [`IsometricMesh::solve`], with this stiffness.
