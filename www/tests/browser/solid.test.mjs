@@ -23,19 +23,22 @@ test("a soft toy is found and followed as a picture is", { timeout: SLOW_MS }, a
         async ({ pngs, camera }) => {
           const sft = await deepsft.DeepSft.load();
           const toy = await sft.addTemplate("/models/soft-toy/template", { name: "toy" });
+          const meshes = pngs.map(() => null);
+          let shown = 0;
           async function* frames() {
-            for (const [i, png] of pngs.entries()) {
-              const frame = await createImageBitmap(new Blob([Uint8Array.from(atob(png), (character) => character.charCodeAt(0))]));
-              // The finder works beside the tracker: at the camera's rate it would be done when the clip is over.
-              await new Promise((resolve) => setTimeout(resolve, 400));
-              yield { frame, timeMs: 33 * i };
+            // The finder works beside the tracker: the first frame stands still until it has answered.
+            for (let number = 0; shown < pngs.length && number < 2000; number++) {
+              const png = Uint8Array.from(atob(pngs[shown]), (character) => character.charCodeAt(0));
+              const frame = await createImageBitmap(new Blob([png]));
+              yield { frame, timeMs: 33 * number };
               frame.close();
+              if (shown > 0 || meshes[0]) shown++;
+              else await new Promise((resolve) => setTimeout(resolve, 100));
             }
           }
-          const meshes = [];
           for await (const tracked of sft.follow(frames(), { camera })) {
             const { found, mesh } = tracked.of(toy);
-            meshes.push(found ? [...mesh.vertices] : null);
+            if (found) meshes[shown] = [...mesh.vertices];
           }
           const { kind, grade } = toy;
           sft.close();
@@ -45,7 +48,7 @@ test("a soft toy is found and followed as a picture is", { timeout: SLOW_MS }, a
       );
       assert.deepEqual([seen.kind, seen.grade, seen.meshes.length], ["template", null, FRAMES]);
       const found = seen.meshes.flatMap((vertices, i) => (vertices ? [{ vertices, truth: clip.frames[i].vertices }] : []));
-      assert.ok(found.length >= FRAMES / 2, `found in ${found.length} of ${FRAMES} frames`);
+      assert.ok(found.length >= 0.8 * FRAMES, `found in ${found.length} of ${FRAMES} frames`);
       for (const { vertices, truth } of found.slice(-5)) {
         const distance = (_, i) => Math.hypot(...[0, 1, 2].map((axis) => vertices[3 * i + axis] - truth[3 * i + axis]));
         const off = Array.from({ length: truth.length / 3 }, distance).sort((a, b) => a - b);
