@@ -244,9 +244,6 @@ struct Affine {
 impl Affine {
     /// Of places and their pixels. `None` of fewer than three, or of those on one line.
     fn fit(matches: &[(DVec2, DVec2)]) -> Option<Self> {
-        if matches.len() < 3 {
-            return None;
-        }
         let place = |m: &(DVec2, DVec2)| m.0;
         let pixel = |m: &(DVec2, DVec2)| m.1;
         let mut weights = vec![1.0; matches.len()];
@@ -280,5 +277,50 @@ impl Affine {
             });
         }
         fitted
+    }
+}
+
+#[cfg(test)]
+#[path = "../../deepsft-geometry/tests/common/printed_box.rs"]
+mod printed_box;
+
+#[cfg(test)]
+mod tests {
+    use super::printed_box::{blocks, on_side, printed_box};
+    use super::*;
+    use deepsft_geometry::glam::DQuat;
+    use deepsft_geometry::training_camera;
+
+    #[test]
+    fn matches_on_a_side_of_a_box_give_its_pose_and_those_beside_all_charts_none() {
+        let template = printed_box(4, blocks());
+        let camera = training_camera();
+        let mut solver = ShapeSolver::new(&template).unwrap();
+        let truth = RigidMotion {
+            rotation: DQuat::from_rotation_x(-0.4) * DQuat::from_rotation_y(0.5),
+            translation: DVec3::new(20.0, -15.0, 300.0),
+        };
+        let seen = |uv: DVec2, pixel: DVec2| Match {
+            pixel: pixel.as_vec2(),
+            place: (uv * template.size_mm()).as_vec2(),
+            angle: 0.0,
+            scale: 1.0,
+        };
+        let on_front = |i: usize| {
+            let (_, uv) = on_side(4, DVec2::new((i % 5) as f64, (i / 5) as f64) / 4.5 + 0.05);
+            let p = truth.apply(template.point_template(uv).unwrap());
+            seen(uv, camera.project(p).unwrap())
+        };
+        let matches: Vec<Match> = (0..25).map(on_front).collect();
+        let starts = solver.flat_starts(&camera, &matches);
+        let mut farthest = |start: &Vec<DVec3>| {
+            let posed = solver.bend(&camera, &matches, start, 3.0, true).unwrap();
+            let pairs = posed.iter().zip(template.mesh().vertices());
+            pairs.map(|(a, &p)| a.distance(truth.apply(p))).fold(0.0, f64::max)
+        };
+        let nearest = starts.iter().map(&mut farthest).fold(f64::INFINITY, f64::min);
+        assert!(nearest < 3.0, "the farthest corner is {nearest} mm off");
+        let nowhere = vec![seen(DVec2::splat(0.001), DVec2::new(100.0, 100.0)); 9];
+        assert!(solver.flat_starts(&camera, &nowhere).is_empty());
     }
 }

@@ -203,6 +203,32 @@ fn a_scan_goes_from_import_to_evaluation_without_touching_code() {
 }
 
 #[test]
+fn a_soft_toy_is_followed_through_a_clip_without_training() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    // Its size is computed, and differs in the last digit when it was written and read.
+    let toy = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models/soft-toy/template");
+    let clip = [
+        "clip",
+        "--template",
+        toy,
+        "--scale",
+        "2",
+        "--frames",
+        "10",
+        "--seed",
+        "9000001",
+        "--out",
+        "clip",
+    ];
+    deepsft(folder, &clip).succeeds();
+    let run = deepsft(folder, &["track", "--template", toy, "--out", "track", "clip"]);
+    let told = run.succeeds().stdout.clone() + &run.stderr;
+    // The first answer comes four frames late.
+    assert!(told.contains("10 frames, found in 6"), "{told}");
+}
+
+#[test]
 fn what_is_wrong_with_a_scan_is_told_with_its_file() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();

@@ -65,15 +65,15 @@ impl RestSurface {
         let [low, high] = template.bounds();
         Self {
             middle: low.midpoint(high),
-            side_mm: (high - low).max_element(),
+            side_mm: Self::side_mm(template),
             faces: RTree::bulk_load(faces),
             template: template.clone(),
         }
     }
 
-    /// Returns the length of the cube's sides, mm.
-    pub fn side_mm(&self) -> f64 {
-        self.side_mm
+    /// Returns the length of the sides of a template's cube, mm.
+    pub fn side_mm(template: &Template) -> f64 {
+        template.extent_mm().max_element()
     }
 
     /// Returns the rest position of the point at texture position `uv`, see [`Template::point_template`].

@@ -34,7 +34,7 @@ fn rest_position(point: DVec3) -> DVec3 {
 #[test]
 fn every_texture_position_has_its_rest_position_and_comes_back() {
     let surface = RestSurface::new(&box_template());
-    assert_eq!(surface.side_mm(), 100.0);
+    assert_eq!(RestSurface::side_mm(&box_template()), 100.0);
     let mut numbers = Numbers(1);
     for k in (0..6).cycle().take(300) {
         let (point, uv) = on_side(k, DVec2::new(numbers.next(), numbers.next()));

@@ -116,7 +116,7 @@ impl NetworkConfig {
         let same = |a: f64, b: f64| (a - b).abs() <= ROUNDING * a.abs().max(b.abs());
         let both = |a: [f64; 2], b: [f64; 2]| same(a[0], b[0]) && same(a[1], b[1]);
         let size @ [width, height] = match self.has_rest_positions() {
-            true => [template.extent_mm().max_element(); 2],
+            true => [RestSurface::side_mm(template); 2],
             false => template.size_mm().to_array(),
         };
         let own @ [w, h] = self.template_size_mm;

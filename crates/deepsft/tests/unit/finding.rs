@@ -184,6 +184,10 @@ fn a_box_is_found_without_training_from_all_sides_and_nowhere_else() {
         });
         let estimate = pollster::block_on(finder.estimate(&mut View::new(&image, &camera))).unwrap();
         assert!(estimate.judgement.found, "side {k}: {:?}", estimate.judgement);
+        assert!(
+            !estimate.judgement.shape_determined,
+            "of a solid nothing says how sure it is"
+        );
         let errors = frame_metrics(&estimate.maps, &truth, &camera, &template).unwrap();
         let (px, mm) = (errors.registration_rmse_px.unwrap(), errors.points_rmse_mm.unwrap());
         assert!(px < 1.0 && mm < 4.0, "side {k}: {px} px, {mm} mm");

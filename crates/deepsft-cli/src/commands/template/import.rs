@@ -25,7 +25,7 @@ Examples:
   deepsft template import mug.obj --scale 10 --texture mug.jpg --out mug      # the file counts in centimetres
 
 The command writes DIR/template.json, DIR/mesh.obj, DIR/texture.png and DIR/views.png. Check in that picture that the texture
-sits where it should. With --sheet it writes DIR/template.json and DIR/texture.png, the flat picture. Next: deepsft synth --template DIR --count 20 --seed 1 --out DATA";
+sits where it should. With --sheet it writes DIR/template.json and DIR/texture.png, the flat picture. Next: deepsft reconstruct --template DIR photo.jpg --out RESULTS";
 
 #[derive(Args)]
 pub struct ImportArguments {

@@ -11,6 +11,7 @@ use crate::synthesis::quoted;
 use anyhow::Result;
 use deepsft::{DeviceDescription, MODEL_FILE, ModelBundle, encode_png};
 use deepsft_formats::{FolderKind, FolderLock, StagedFolder};
+use deepsft_geometry::RestSurface;
 use deepsft_synth::Synthesizer;
 use deepsft_train::{
     CARD_FILE, CURVE_FILE, CurvePoint, Device, ModelLabel, SampleSource, Trained, TrainingCourse, curve_csv,
@@ -63,7 +64,7 @@ impl Training<'_> {
             &self.synthesizer.config().camera,
         )?;
         if !template.is_sheet() {
-            network = network.with_rest_positions(template.extent_mm().max_element());
+            network = network.with_rest_positions(RestSurface::side_mm(template));
         }
         let source: Arc<dyn SampleSource> = match &self.data_sets {
             Some(data_sets) => data_sets.samples.clone(),
