@@ -43,6 +43,8 @@ import { TrackerWorker } from "./tracking/tracker-worker.js";
  * @property {number} [widthMm] width of the print, without the paper's margins; 5 to 20,000. Without it lengths are counted in that width,
  *   and the target's `unit` is `width`.
  * @property {number} [heightMm] its height; by the picture's sides when absent
+ * @property {number} [aroundMm] diameter of the tin, bottle, mug or tube that the print goes around; it needs `widthMm`. A print longer
+ *   than one turn covers its own end. When absent the print lies flat at rest.
  * @property {string} [name] for people; the file's own for a File and an address
  * @property {AbortSignal} [signal] rejects with its reason, and no target is added
  */
@@ -187,7 +189,7 @@ export class DeepSft {
 
   /**
    * Reads a scan: its shape, its texture, and the flat sheet it unrolls to. Scans of bent sheets, labels and plates unroll; what has a
-   * volume does not, and needs a network of its own.
+   * volume does not.
    *
    * @param {ScanInput} input
    * @param {{ mmPerUnit?: number }} [options] millimetres of the file's unit; default 1000 for glTF, which counts in metres, and 1 for OBJ,
@@ -197,21 +199,25 @@ export class DeepSft {
    */
   async readScan(input, { mmPerUnit } = {}) {
     const files = await scanFiles(input);
-    return new Scan(await this.#engine.run((worker) => worker.readScan({ files, mmPerUnit })));
+    return new Scan(await this.#engine.run((worker) => worker.readScan({ files, mmPerUnit })), files);
   }
 
   /**
-   * Makes a target of the flat sheet that a scan unrolls to: it is found and followed like a picture.
+   * Makes a target of a scan: of the flat sheet that it unrolls to, found and followed like a picture, or of the object with its volume.
    *
    * @param {Scan | ScanInput} input
-   * @param {{ widthMm?: number, name?: string }} [options] width of the flat sheet, where the scan's is not right; a name for people
-   * @returns {Promise<Target>}
-   * @throws {DeepSftError} as {@link DeepSft.readScan} and {@link DeepSft.addPicture}; `target-unusable` for what is no sheet
+   * @param {{ widthMm?: number, mmPerUnit?: number, name?: string }} [options] width of the flat sheet, where the scan's is not right; as for
+   *   {@link DeepSft.readScan}; a name for people
+   * @returns {Promise<Target>} of the kind `picture` or, with a volume, `template`
+   * @throws {DeepSftError} as {@link DeepSft.readScan} and {@link DeepSft.addPicture}; `target-unusable` for the width of what is no sheet
    */
-  async addScan(input, { widthMm, name } = {}) {
-    const scan = input instanceof Scan ? input : await this.readScan(input);
-    if (!scan.sheet) throw unusable(`${scan.name} cannot be looked for without a network of its own: ${scan.refusal}.`);
-    return this.addPicture(scan.sheet.picture, { widthMm: widthMm ?? scan.sheet.widthMm, name: name ?? scan.name });
+  async addScan(input, { widthMm, mmPerUnit, name } = {}) {
+    const scan = input instanceof Scan ? input : await this.readScan(input, { mmPerUnit });
+    name ??= scan.name;
+    if (scan.sheet) return this.addPicture(scan.sheet.picture, { widthMm: widthMm ?? scan.sheet.widthMm, name });
+    if (widthMm !== undefined)
+      throw unusable(`${scan.name} has no width when it is laid flat, for it has a volume (${scan.refusal}): give mmPerUnit instead.`);
+    return this.#addTarget("template", name, { kind: "scan", files: scan.files, mmPerUnit: scan.mmPerUnit });
   }
 
   /**

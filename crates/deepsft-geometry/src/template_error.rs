@@ -9,7 +9,7 @@ pub enum TemplateError {
     /// A template's size in millimetres is not positive and finite.
     #[error("template {side} is {actual} mm, expected a positive finite length")]
     Size {
-        /// `width` or `height`.
+        /// `width`, `height` or `diameter`.
         side: &'static str,
         /// The length met, mm.
         actual: f64,

@@ -4,9 +4,10 @@ use crate::{
     clock::Stopwatch,
     estimate::estimate_object,
     failure::{Code, Failure},
-    input::{camera_from, files_from, maps_from, picture_from, printed_sheet, template_from},
+    input::{camera_from, files_from, maps_from, picture_from, printed_template, template_from},
     mesh::positions,
     object::object,
+    scan::scanned_template,
     settle,
     target::EngineTarget,
 };
@@ -99,7 +100,8 @@ impl Engine {
         })
     }
 
-    /// Looks for the sheet of `width_mm` x `height_mm` with a picture (RGBA, alpha left out) from now on.
+    /// Looks for the sheet of `width_mm` x `height_mm` with a picture (RGBA, alpha left out) from now on, or for the label around a tin,
+    /// bottle or tube of `diameter_mm`.
     ///
     /// Rejects with an `Error` whose `code` is `target-unusable`, `image-unreadable` or `internal`.
     #[wasm_bindgen(js_name = addPicture, unchecked_return_type = "Promise<void>")]
@@ -111,11 +113,30 @@ impl Engine {
         height: usize,
         width_mm: f64,
         height_mm: f64,
+        diameter_mm: Option<f64>,
     ) -> Promise {
-        self.adding(id, move || printed_sheet(&rgba, (width, height), (width_mm, height_mm)))
+        self.adding(id, move || {
+            printed_template(&rgba, (width, height), [width_mm, height_mm], diameter_mm)
+        })
     }
 
-    /// Looks for a sheet from now on that is given as the files of a template's folder, by name.
+    /// Looks for an object from now on that is given as the files of a scan, as for [`crate::scan::read_scan`].
+    ///
+    /// Rejects with an `Error` whose `code` is `target-unusable`, `model-load` or `internal`.
+    #[wasm_bindgen(js_name = addScan, unchecked_return_type = "Promise<void>")]
+    pub fn add_scan(
+        &self,
+        id: u32,
+        #[wasm_bindgen(unchecked_param_type = "Iterable<[string, Uint8Array]>")] files: JsValue,
+        mm_per_unit: f64,
+    ) -> Promise {
+        self.adding(id, move || {
+            let files = files_from(&files)?;
+            Ok(scanned_template(&files, Some(mm_per_unit))?.1)
+        })
+    }
+
+    /// Looks for an object from now on that is given as the files of a template's folder, by name.
     ///
     /// Rejects with an `Error` whose `code` is `target-unusable`, `model-load`, `model-version` or `internal`.
     #[wasm_bindgen(js_name = addTemplate, unchecked_return_type = "Promise<void>")]

@@ -70,14 +70,20 @@ pub fn picture_from(rgba: &[u8], size: impl Into<ImageSize>) -> Result<Picture, 
     Ok(Picture::new(size.width, size.height, rgb)?)
 }
 
-/// The sheet that carries the picture of RGBA bytes.
-pub fn printed_sheet(
+/// The sheet that carries the picture of RGBA bytes, or the label around a cylinder of `diameter_mm`.
+pub fn printed_template(
     rgba: &[u8],
     size: impl Into<ImageSize>,
-    (width_mm, height_mm): (f64, f64),
+    [width_mm, height_mm]: [f64; 2],
+    diameter_mm: Option<f64>,
 ) -> Result<Template, Failure> {
     let picture = picture_from(rgba, size)?;
-    Template::thin_shell(picture, width_mm, height_mm).map_err(Failure::of_target)
+    match diameter_mm {
+        None => Template::thin_shell(picture, width_mm, height_mm).map_err(Failure::of_target),
+        Some(diameter) => {
+            Template::around_cylinder(picture, [width_mm, height_mm], diameter).map_err(Failure::of_target)
+        }
+    }
 }
 
 /// The template of a template folder's files by name.

@@ -7,7 +7,7 @@ use crate::{
     object::{object, rgba},
     settle,
 };
-use deepsft::geometry::{Picture, UnrolledSheet, unroll};
+use deepsft::geometry::{Picture, Template, UnrolledSheet, unroll};
 use deepsft::{FormatError, decode_picture};
 use deepsft_formats::{assemble_scan, is_picture, read_scan as read_scan_bytes};
 use js_sys::{Array, Object, Promise};
@@ -33,27 +33,7 @@ pub fn read_scan(
 ) -> Promise {
     settle::promise(async move {
         let files = files_from(&files)?;
-        let (name, bytes) = scan_of(&files)?;
-        let broken =
-            |error: FormatError| Failure::new(Code::TargetUnusable, format!("{name} cannot be used: {error}."));
-        let texture = lone_texture(&files).transpose().map_err(broken)?;
-        let beside = |path: &Path| {
-            let missing = || {
-                let reason = format!("{} is missing: choose it together with the scan", path.display());
-                FormatError::Scan(reason)
-            };
-            // Files that people choose have no folders.
-            let names = [Some(path.as_os_str()), path.file_name()];
-            let file = names
-                .into_iter()
-                .flatten()
-                .find_map(|name| files.get(&*name.to_string_lossy()));
-            file.cloned().ok_or_else(missing)
-        };
-        let mut scan = read_scan_bytes(name, bytes, texture, &beside).map_err(broken)?;
-        scan.mm_per_unit = mm_per_unit.unwrap_or(scan.mm_per_unit);
-        let mm_per_unit = scan.mm_per_unit;
-        let template = assemble_scan(scan).map_err(broken)?.template;
+        let (name, template, mm_per_unit) = scanned_template(&files, mm_per_unit)?;
         let (sheet, refusal) = match unroll(&template) {
             Ok(UnrolledSheet { template, .. }) => {
                 let size = template.size_mm();
@@ -76,6 +56,33 @@ pub fn read_scan(
             ("refusal", refusal),
         ]))
     })
+}
+
+/// The template of a scan's files by name: the name of the scan's own file, the template, and the millimetres of its unit that were taken.
+pub fn scanned_template(
+    files: &BTreeMap<String, Vec<u8>>,
+    mm_per_unit: Option<f64>,
+) -> Result<(&str, Template, f64), Failure> {
+    let (name, bytes) = scan_of(files)?;
+    let broken = |error: FormatError| Failure::new(Code::TargetUnusable, format!("{name} cannot be used: {error}."));
+    let texture = lone_texture(files).transpose().map_err(broken)?;
+    let beside = |path: &Path| {
+        let missing = || {
+            let reason = format!("{} is missing: choose it together with the scan", path.display());
+            FormatError::Scan(reason)
+        };
+        // Files that people choose have no folders.
+        let names = [Some(path.as_os_str()), path.file_name()];
+        let file = names
+            .into_iter()
+            .flatten()
+            .find_map(|name| files.get(&*name.to_string_lossy()));
+        file.cloned().ok_or_else(missing)
+    };
+    let mut scan = read_scan_bytes(name, bytes, texture, &beside).map_err(broken)?;
+    scan.mm_per_unit = mm_per_unit.unwrap_or(scan.mm_per_unit);
+    let mm_per_unit = scan.mm_per_unit;
+    Ok((name, assemble_scan(scan).map_err(broken)?.template, mm_per_unit))
 }
 
 /// The files whose names end so.

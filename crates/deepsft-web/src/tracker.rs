@@ -3,9 +3,10 @@
 use crate::{
     clock::{Stopwatch, now_s},
     failure::{Code, Failure},
-    input::{camera_from, files_from, picture_from, printed_sheet, template_from, view_from},
+    input::{camera_from, files_from, picture_from, printed_template, template_from, view_from},
     mesh::surface_object,
     object::object,
+    scan::scanned_template,
     settle,
 };
 use deepsft::{
@@ -85,7 +86,23 @@ impl MeshTracker {
         })
     }
 
-    /// Follows a sheet too that is given as the files of a template's folder, by name.
+    /// Follows a scanned object too, as [`crate::Engine::add_scan`].
+    ///
+    /// Rejects with an `Error` whose `code` is `target-unusable`, `model-load` or `internal`.
+    #[wasm_bindgen(js_name = addScan, unchecked_return_type = "Promise<void>")]
+    pub fn add_scan(
+        &self,
+        id: u32,
+        #[wasm_bindgen(unchecked_param_type = "Iterable<[string, Uint8Array]>")] files: JsValue,
+        mm_per_unit: f64,
+    ) -> Promise {
+        self.adding((id, false), move || {
+            let files = files_from(&files)?;
+            Ok((scanned_template(&files, Some(mm_per_unit))?.1, training_camera()))
+        })
+    }
+
+    /// Follows an object too that is given as the files of a template's folder, by name.
     ///
     /// Rejects with an `Error` whose `code` is `target-unusable`, `model-version`, `model-load` or `internal`.
     #[wasm_bindgen(js_name = addTemplate, unchecked_return_type = "Promise<void>")]
@@ -111,9 +128,10 @@ impl MeshTracker {
         height: usize,
         width_mm: f64,
         height_mm: f64,
+        diameter_mm: Option<f64>,
     ) -> Promise {
         self.adding((id, false), move || {
-            let template = printed_sheet(&rgba, (width, height), (width_mm, height_mm))?;
+            let template = printed_template(&rgba, (width, height), [width_mm, height_mm], diameter_mm)?;
             Ok((template, training_camera()))
         })
     }

@@ -12,9 +12,10 @@ import { DeepSftError } from "../error.js";
  */
 export async function addSource(to, id, source) {
   if (source.kind === "picture") {
-    const { pixels, widthMm, heightMm } = source;
-    await to.addPicture(id, pixels.data, pixels.width, pixels.height, widthMm, heightMm);
-  } else if (source.kind === "template") await to.addTemplate(id, source.files);
+    const { pixels, widthMm, heightMm, diameterMm } = source;
+    await to.addPicture(id, pixels.data, pixels.width, pixels.height, widthMm, heightMm, diameterMm);
+  } else if (source.kind === "scan") await to.addScan(id, source.files, source.mmPerUnit);
+  else if (source.kind === "template") await to.addTemplate(id, source.files);
   else if ("addModel" in to) await to.addModel(id, source.files);
   else throw new DeepSftError("internal", "The engine has its model from the start.");
 }

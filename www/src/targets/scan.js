@@ -29,8 +29,13 @@ import { vertexNormals } from "../results/surface-mesh.js";
 
 /** A scan. `DeepSft` reads it. */
 export class Scan {
-  /** @param {RawScan} raw */
-  constructor({ name, mmPerUnit, vertices, mesh, texture, sheet, refusal }) {
+  /**
+   * @param {RawScan} raw
+   * @param {Map<string, Uint8Array>} files
+   */
+  constructor({ name, mmPerUnit, vertices, mesh, texture, sheet, refusal }, files) {
+    /** Its files, by name. */
+    this.files = files;
     /** Name of its file. */
     this.name = name;
     /** Millimetres of the file's unit, as they were taken. */
@@ -44,12 +49,12 @@ export class Scan {
     /** Its texture. */
     this.texture = pictureOf(texture);
     /**
-     * The flat sheet that it unrolls to: what is looked for. Null where it is no sheet.
+     * The flat sheet that it unrolls to: what is looked for. Null of an object with a volume.
      *
      * @type {{ picture: ImageData, widthMm: number, heightMm: number } | null}
      */
     this.sheet = sheet && { picture: pictureOf(sheet.picture), widthMm: sheet.sizeMm[0], heightMm: sheet.sizeMm[1] };
-    /** Why it is no sheet, for people; null of a sheet. */
+    /** Why it is no sheet but an object with a volume, for people; null of a sheet. */
     this.refusal = refusal;
   }
 

@@ -9,8 +9,8 @@ import { closeFrame, readImage, transferableFrame } from "../frames/image-input.
 /**
  * What a worker makes a target of.
  *
- * @typedef {{ kind: "picture", pixels: ImageData, widthMm: number, heightMm: number, hasSize: boolean }
- *   | { kind: "template" | "model", files: Map<string, Uint8Array> }} TargetSource
+ * @typedef {{ kind: "picture", pixels: ImageData, widthMm: number, heightMm: number, diameterMm: number | undefined, hasSize: boolean }
+ *   | { kind: "scan", files: Map<string, Uint8Array>, mmPerUnit: number } | { kind: "template" | "model", files: Map<string, Uint8Array> }} TargetSource
  */
 
 /**
@@ -43,15 +43,18 @@ function checkSide(name, value) {
 
 /**
  * @param {ImageInput} image
- * @param {{ widthMm?: number, heightMm?: number, signal?: AbortSignal }} size of the print, without the paper's margins
+ * @param {{ widthMm?: number, heightMm?: number, aroundMm?: number, signal?: AbortSignal }} size of the print, without the paper's margins
  * @returns {Promise<Extract<TargetSource, { kind: "picture" }>>}
  * @throws {DeepSftError} `target-unusable`, `image-unreadable`, `image-cross-origin`
  */
-export async function pictureSource(image, { widthMm: given, heightMm, signal }) {
+export async function pictureSource(image, { widthMm: given, heightMm, aroundMm: diameterMm, signal }) {
   const hasSize = given !== undefined || heightMm !== undefined;
   const widthMm = hasSize ? given : MADE_UP_MM;
   checkSide("widthMm", widthMm);
   if (heightMm !== undefined) checkSide("heightMm", heightMm);
+  if (diameterMm !== undefined && !hasSize)
+    throw unusable(`aroundMm is ${diameterMm}, and widthMm is missing: the width of the print on the cylinder in millimetres.`);
+  if (diameterMm !== undefined) checkSide("aroundMm", diameterMm);
   const { frame, width, height } = await transferableFrame(await readImage(image, signal));
   try {
     const naturalMm = (widthMm * height) / width;
@@ -60,7 +63,7 @@ export async function pictureSource(image, { widthMm: given, heightMm, signal })
         `The picture has ${width} x ${height} pixels, which do not fit ${widthMm} x ${heightMm} mm: the size is that of the ` +
           "picture without the paper's margins.",
       );
-    return { kind: "picture", pixels: await opaquePixels(frame), widthMm, heightMm: heightMm ?? naturalMm, hasSize };
+    return { kind: "picture", pixels: await opaquePixels(frame), widthMm, heightMm: heightMm ?? naturalMm, diameterMm, hasSize };
   } finally {
     closeFrame(frame);
   }

@@ -51,7 +51,7 @@ const OBJ = (() => {
   return [file("postcard.obj", obj), file("sheet.mtl", mtl), file("print.png", encodePng(PRINT))];
 })();
 
-test("a bent sheet is laid flat with its size and its picture; what has a volume and what is broken says why", { timeout: SLOW_MS }, () =>
+test("a bent sheet is laid flat with its size and its picture; what has a volume is taken as it is, and what is broken says why", { timeout: SLOW_MS }, () =>
   onPage({}, async ({ page }) => {
     const files = (given) => given.map(({ name, buffer }) => [name, buffer.toString("base64")]);
     await page.evaluate(() => {
@@ -91,9 +91,15 @@ test("a bent sheet is laid flat with its size and its picture; what has a volume
     }, files([GLB]));
     assert.ok(Math.abs(target.heightMm - (100 * HEIGHT_MM) / WIDTH_MM) < SIZE_MM, `${target.heightMm}`);
     assert.deepEqual({ ...target, heightMm: 0 }, { name: "postcard.glb", kind: "picture", widthMm: 100, heightMm: 0, level: "good" });
+    const solid = await page.evaluate(async (given) => {
+      const [scan, width] = [await sft.readScan(filesOf(given)), await sft.addScan(filesOf(given), { widthMm: 100 }).catch(({ message }) => message)];
+      const { name, kind, mesh } = await sft.addScan(scan);
+      return { name, kind, same: mesh.faces.length === scan.mesh.faces.length, width };
+    }, files([BALL]));
+    assert.deepEqual({ ...solid, width: "" }, { name: "ball.glb", kind: "template", same: true, width: "" });
+    assert.match(solid.width, /has a volume .*: give mmPerUnit instead/);
     const [obj, mtl] = OBJ;
     const refused = {
-      "a ball": [[BALL], /no sheet|closed|bulges/],
       "nothing": [[], /no scan/],
       "two scans": [[GLB, obj], /several scans/],
       "half a file": [[file("half.glb", GLB.buffer.subarray(0, 5000))], /half\.glb cannot be used/],

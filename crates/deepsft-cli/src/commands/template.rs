@@ -4,8 +4,9 @@ mod import;
 
 use crate::failure::BlameInput;
 use crate::input;
-use crate::numbers::SizeMm;
+use crate::numbers::{SizeMm, positive};
 use crate::object_choice::warn_of_print;
+use crate::output::turntable;
 use anyhow::Result;
 use clap::{Args, Subcommand};
 use deepsft::template_to_files;
@@ -26,10 +27,12 @@ pub enum TemplateCommand {
     /// The picture shows the front of the object from edge to edge and nothing else: a scan, the artwork
     /// it was printed from, or a photograph cropped and straightened. It may be PNG or JPEG.
     #[command(after_help = "\
-Example: an A4 sheet in landscape
+Examples: an A4 sheet in landscape, and the label of a tin 84 mm thick
   deepsft template new --image sheet.png --size-mm 297x210 --out sheet
+  deepsft template new --image label.png --size-mm 260x105 --around-mm 84 --out tin
 
-The command writes DIR/template.json and DIR/texture.png. Next: deepsft train --template DIR --out MODEL")]
+The command writes DIR/template.json and DIR/texture.png, of a label DIR/mesh.obj and DIR/views.png too. Next:
+deepsft reconstruct --template DIR photo.jpg --out RESULTS")]
     New(NewArguments),
     /// Make the template of an object of any shape from a scan or model of it (OBJ or glTF with a texture).
     #[command(after_help = import::AFTER_HELP)]
@@ -44,6 +47,9 @@ pub struct NewArguments {
     /// Width x height of the object in millimetres, as the picture shows it
     #[arg(long, value_name = "WxH")]
     size_mm: SizeMm,
+    /// Diameter of the tin, bottle or tube that the print goes around, mm; a print longer than one turn covers its own end
+    #[arg(long, value_name = "MM", value_parser = positive)]
+    around_mm: Option<f64>,
     /// Folder to write; an older template there is replaced
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
@@ -68,6 +74,10 @@ fn new(arguments: &NewArguments) -> Result<()> {
         texture = texture.halved();
     }
     let size = texture.size();
+    if let Some(diameter) = arguments.around_mm {
+        let template = Template::around_cylinder(texture, [width, height], diameter).blame("image", &arguments.image)?;
+        return turntable::write_template(&arguments.out, &template);
+    }
     let template = Template::thin_shell(texture, width, height).blame("image", &arguments.image)?;
     warn_of_print(&template);
     deepsft_formats::write_folder(

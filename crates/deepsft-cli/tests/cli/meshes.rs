@@ -203,29 +203,27 @@ fn a_scan_goes_from_import_to_evaluation_without_touching_code() {
 }
 
 #[test]
-fn a_soft_toy_is_followed_through_a_clip_without_training() {
+fn a_soft_toy_and_a_printed_tube_are_followed_through_clips_without_training() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    // Its size is computed, and differs in the last digit when it was written and read.
-    let toy = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models/soft-toy/template");
-    let clip = [
-        "clip",
-        "--template",
-        toy,
-        "--scale",
-        "2",
-        "--frames",
-        "10",
-        "--seed",
-        "9000001",
-        "--out",
-        "clip",
-    ];
-    deepsft(folder, &clip).succeeds();
-    let run = deepsft(folder, &["track", "--template", toy, "--out", "track", "clip"]);
-    let told = run.succeeds().stdout.clone() + &run.stderr;
-    // The first answer comes four frames late.
-    assert!(told.contains("10 frames, found in 6"), "{told}");
+    // The toy's size is computed, and differs in the last digit when it was written and read.
+    let models = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models");
+    let (toy, poster) = (
+        format!("{models}/soft-toy/template"),
+        format!("{models}/poster-a4/template/texture.png"),
+    );
+    let around = ["--size-mm", "297x210", "--around-mm", "91.4", "--out", "tube"];
+    let tube = deepsft(folder, &[&["template", "new", "--image", &poster], &around[..]].concat());
+    assert!(tube.succeeds().stdout.contains("template of 91.4 x 210.0 x 91.4 mm"), "{tube:?}");
+    assert!(folder.join("tube/views.png").exists());
+    for template in [&toy, "tube"] {
+        let size = ["--scale", "2", "--frames", "10", "--seed", "9000001", "--out", "clip"];
+        deepsft(folder, &[&["clip", "--template", template], &size[..]].concat()).succeeds();
+        let run = deepsft(folder, &["track", "--template", template, "--out", "track", "clip"]);
+        let told = run.succeeds().stdout.clone() + &run.stderr;
+        // The first answer comes four frames late.
+        assert!(told.contains("10 frames, found in 6"), "{template}: {told}");
+    }
 }
 
 #[test]

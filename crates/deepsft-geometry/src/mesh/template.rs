@@ -7,10 +7,14 @@ use crate::error::GeometryError;
 use crate::image::Picture;
 use crate::template_error::TemplateError;
 use glam::{DVec2, DVec3};
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 /// Longest side of a grid cell of a thin shell's rest mesh, as a fraction of the sheet's diagonal.
 const CELL_FRACTION: f64 = 1.0 / 36.0;
+
+/// Largest angle of a cell of a label, rad: on a mesh of 72 cells a turn, 1/1000 of the radius is cut off.
+const MAX_CELL_ANGLE: f64 = TAU / 72.0;
 
 /// Fraction of the used texture that may belong to several faces: charts that touch within a texel.
 const MAX_OVERLAP: f64 = 0.02;
@@ -48,11 +52,7 @@ impl Template {
     /// # Errors
     /// [`TemplateError::Size`] when a side is not positive and finite.
     pub fn thin_shell(texture: Picture, width_mm: f64, height_mm: f64) -> Result<Self, TemplateError> {
-        for (side, actual) in [("width", width_mm), ("height", height_mm)] {
-            if !(actual.is_finite() && actual > 0.0) {
-                return Err(TemplateError::Size { side, actual });
-            }
-        }
+        check_sizes([("width", width_mm), ("height", height_mm)])?;
         let cell = width_mm.hypot(height_mm) * CELL_FRACTION;
         Self::with_cells(texture, DVec2::new(width_mm, height_mm), cell)
     }
@@ -124,9 +124,7 @@ impl Template {
     }
 
     fn with_cells(texture: Picture, size_mm: DVec2, cell: f64) -> Result<Self, TemplateError> {
-        let cells = |side: f64| ((side / cell).ceil() as usize).clamp(2, 64);
-        let grid = (cells(size_mm.x) + 1, cells(size_mm.y) + 1);
-        Self::of_grid(Arc::new(texture), size_mm, grid)
+        Self::of_grid(Arc::new(texture), size_mm, grid_of(size_mm, cell))
     }
 
     /// Subdivides the sheet's grid: every cell is cut into four. A method that fits the ordinary mesh is tried on it,
@@ -148,35 +146,35 @@ impl Template {
         }
     }
 
+    /// A label around a cylinder: a print of `width_mm` x `height_mm`, bent around a tin, a bottle or a tube of `diameter_mm`, its
+    /// middle before the viewer and upright. A print longer than one turn covers its own end: what lies under its beginning is left out.
+    ///
+    /// # Errors
+    /// [`TemplateError::Size`] when a length is not positive and finite.
+    pub fn around_cylinder(texture: Picture, [width_mm, height_mm]: [f64; 2], diameter_mm: f64) -> Result<Self, GeometryError> {
+        check_sizes([("width", width_mm), ("height", height_mm), ("diameter", diameter_mm)])?;
+        let radius = diameter_mm / 2.0;
+        let is_closed = width_mm > TAU * radius * (1.0 - TEXTURE_ROUNDING);
+        let turn = if is_closed { TAU } else { width_mm / radius };
+        let (columns, rows) = grid_of(DVec2::new(width_mm, height_mm), width_mm.hypot(height_mm) * CELL_FRACTION);
+        let grid = (columns.max((turn / MAX_CELL_ANGLE).ceil() as usize + 1), rows);
+        let place = |across: f64, v: f64| {
+            // The two ends of a whole turn are the same bits: a seam.
+            let around = if is_closed && across == 1.0 { 0.0 } else { across };
+            let (sin, cos) = ((around - 0.5) * turn).sin_cos();
+            DVec3::new(radius * sin, (v - 0.5) * height_mm, -radius * cos)
+        };
+        let mesh = grid_mesh(grid, turn * radius / width_mm, place)?;
+        Ok(Self::of_mesh(mesh, texture)?)
+    }
+
     /// A sheet whose mesh has `columns` x `rows` vertices, at least two each.
     fn of_grid(texture: Arc<Picture>, size_mm: DVec2, (columns, rows): (usize, usize)) -> Result<Self, TemplateError> {
-        let mut vertices = Vec::with_capacity(columns * rows);
-        let mut texture_coordinates = Vec::with_capacity(columns * rows);
-        for j in 0..rows {
-            for i in 0..columns {
-                let uv = DVec2::new(i as f64 / (columns - 1) as f64, j as f64 / (rows - 1) as f64);
-                texture_coordinates.push(uv);
-                vertices.push(((uv - 0.5) * size_mm).extend(0.0));
-            }
-        }
-        let mut faces = Vec::with_capacity(2 * (columns - 1) * (rows - 1));
-        for j in 0..rows - 1 {
-            for i in 0..columns - 1 {
-                let (a, b) = (j * columns + i, j * columns + i + 1);
-                let (c, d) = (a + columns, b + columns);
-                // The diagonal alternates so that no bending direction is preferred.
-                if (i + j) % 2 == 0 {
-                    faces.extend([[a, c, d], [a, d, b]]);
-                } else {
-                    faces.extend([[a, c, b], [b, c, d]]);
-                }
-            }
-        }
-        let mesh = TriangleMesh::new(vertices, texture_coordinates, faces)?;
+        let place = |u: f64, v: f64| ((DVec2::new(u, v) - 0.5) * size_mm).extend(0.0);
         Ok(Self {
             shape: Shape::Sheet { columns, rows },
             size_mm,
-            mesh,
+            mesh: grid_mesh((columns, rows), 1.0, place)?,
             texture,
         })
     }
@@ -239,6 +237,49 @@ impl Template {
             }
         }
     }
+}
+
+fn check_sizes<const N: usize>(sizes: [(&'static str, f64); N]) -> Result<(), TemplateError> {
+    let is_length = |actual: f64| actual.is_finite() && actual > 0.0;
+    let wrong = sizes.into_iter().find(|&(_, actual)| !is_length(actual));
+    wrong.map_or(Ok(()), |(side, actual)| Err(TemplateError::Size { side, actual }))
+}
+
+/// Vertices across and down of a grid whose cells have about the side `cell`.
+fn grid_of(size_mm: DVec2, cell: f64) -> (usize, usize) {
+    let cells = |side: f64| ((side / cell).ceil() as usize).clamp(2, 64);
+    (cells(size_mm.x) + 1, cells(size_mm.y) + 1)
+}
+
+/// A grid of `columns` x `rows` vertices over the texture up to `u_end`; a vertex is at `place` of the fractions across and down.
+fn grid_mesh(
+    (columns, rows): (usize, usize),
+    u_end: f64,
+    place: impl Fn(f64, f64) -> DVec3,
+) -> Result<TriangleMesh, TemplateError> {
+    let mut vertices = Vec::with_capacity(columns * rows);
+    let mut texture_coordinates = Vec::with_capacity(columns * rows);
+    for j in 0..rows {
+        for i in 0..columns {
+            let (across, v) = (i as f64 / (columns - 1) as f64, j as f64 / (rows - 1) as f64);
+            texture_coordinates.push(DVec2::new(across * u_end, v));
+            vertices.push(place(across, v));
+        }
+    }
+    let mut faces = Vec::with_capacity(2 * (columns - 1) * (rows - 1));
+    for j in 0..rows - 1 {
+        for i in 0..columns - 1 {
+            let (a, b) = (j * columns + i, j * columns + i + 1);
+            let (c, d) = (a + columns, b + columns);
+            // The diagonal alternates so that no bending direction is preferred.
+            if (i + j) % 2 == 0 {
+                faces.extend([[a, c, d], [a, d, b]]);
+            } else {
+                faces.extend([[a, c, b], [b, c, d]]);
+            }
+        }
+    }
+    TriangleMesh::new(vertices, texture_coordinates, faces)
 }
 
 /// Medians over the surface, by area, of the millimetres that a difference of 1 in u and in v covers.
