@@ -75,7 +75,8 @@ fn new(arguments: &NewArguments) -> Result<()> {
     }
     let size = texture.size();
     if let Some(diameter) = arguments.around_mm {
-        let template = Template::around_cylinder(texture, [width, height], diameter).blame("image", &arguments.image)?;
+        let template =
+            Template::around_cylinder(texture, [width, height], diameter).blame("image", &arguments.image)?;
         return turntable::write_template(&arguments.out, &template);
     }
     let template = Template::thin_shell(texture, width, height).blame("image", &arguments.image)?;

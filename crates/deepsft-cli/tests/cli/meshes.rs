@@ -213,8 +213,14 @@ fn a_soft_toy_and_a_printed_tube_are_followed_through_clips_without_training() {
         format!("{models}/poster-a4/template/texture.png"),
     );
     let around = ["--size-mm", "297x210", "--around-mm", "91.4", "--out", "tube"];
-    let tube = deepsft(folder, &[&["template", "new", "--image", &poster], &around[..]].concat());
-    assert!(tube.succeeds().stdout.contains("template of 91.4 x 210.0 x 91.4 mm"), "{tube:?}");
+    let tube = deepsft(
+        folder,
+        &[&["template", "new", "--image", &poster], &around[..]].concat(),
+    );
+    assert!(
+        tube.succeeds().stdout.contains("template of 91.4 x 210.0 x 91.4 mm"),
+        "{tube:?}"
+    );
     assert!(folder.join("tube/views.png").exists());
     for template in [&toy, "tube"] {
         let size = ["--scale", "2", "--frames", "10", "--seed", "9000001", "--out", "clip"];

@@ -251,6 +251,7 @@ impl CoarseFitter {
             let round = FitRound {
                 mask,
                 border: true,
+                rigid_steps: self.mesh_fitter.rigid_steps(),
                 ..FitRound::new(blur, self.options.steps)
             };
             let before = fitted.iterations;

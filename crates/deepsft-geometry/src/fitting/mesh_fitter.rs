@@ -12,8 +12,9 @@ use crate::error::GeometryError;
 use crate::image::{ContrastNormalizer, Region};
 use crate::maps::Maps;
 use crate::maps::raster::VisibleSurface;
-use crate::mesh::{Template, TriangleMesh};
+use crate::mesh::{RigidMotion, Template, TriangleMesh};
 use crate::solver::{Energy, PhotoConsistency, Robust, TexturePoint};
+use crate::surface::Surface;
 use glam::DVec3;
 
 /// Least width of the window in which mean and contrast are taken, pixels of the canonical image.
@@ -21,6 +22,9 @@ pub(crate) const WINDOW_PX: f32 = 8.0;
 
 /// The same as a multiple of the blur: a window hardly wider than the blur would leave nothing to compare.
 const WINDOW_BLURS: f32 = 3.0;
+
+/// Steps of a rigid motion in a round of a solid.
+const RIGID_STEPS: usize = 10;
 
 /// How much larger the cells of the coarse mesh are.
 const COARSE_CELLS: usize = 2;
@@ -198,6 +202,20 @@ impl MeshFitter {
             photo_consistency: options.photo_consistency,
             robust: Robust::Cauchy(options.photo_consistency_scale),
         })
+    }
+
+    /// The mesh at rest, where the confirmed parts of `surface` are.
+    pub(crate) fn rigid(&self, surface: &Surface) -> Vec<DVec3> {
+        let rest = self.template.mesh().vertices();
+        let pairs = rest.iter().zip(&surface.vertices_camera).zip(&surface.confidence);
+        let pairs = pairs.map(|((&p, &q), &confidence)| (p, q, f64::from(confidence)));
+        let motion = RigidMotion::align(pairs, RigidMotion::IDENTITY);
+        rest.iter().map(|&p| motion.apply(p)).collect()
+    }
+
+    /// Steps of a rigid motion before the mesh bends: a stiff solid turns slowly by itself.
+    pub(crate) fn rigid_steps(&self) -> usize {
+        if self.template.is_sheet() { 0 } else { RIGID_STEPS }
     }
 
     /// The mesh that is quickest to solve: of a template that is no sheet the only one.

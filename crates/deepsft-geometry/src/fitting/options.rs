@@ -40,7 +40,7 @@ impl Default for FitOptions {
             continuation_registrations: 100.0,
             isometry: 1e4,
             bending: 1.0,
-            rigidity: 10.0,
+            rigidity: 30.0,
             photo_consistency: 2000.0,
             photo_consistency_scale: 0.8,
             blurs: vec![3.0, 1.2, 0.7],

@@ -151,12 +151,19 @@ impl Template {
     ///
     /// # Errors
     /// [`TemplateError::Size`] when a length is not positive and finite.
-    pub fn around_cylinder(texture: Picture, [width_mm, height_mm]: [f64; 2], diameter_mm: f64) -> Result<Self, GeometryError> {
+    pub fn around_cylinder(
+        texture: Picture,
+        [width_mm, height_mm]: [f64; 2],
+        diameter_mm: f64,
+    ) -> Result<Self, GeometryError> {
         check_sizes([("width", width_mm), ("height", height_mm), ("diameter", diameter_mm)])?;
         let radius = diameter_mm / 2.0;
         let is_closed = width_mm > TAU * radius * (1.0 - TEXTURE_ROUNDING);
         let turn = if is_closed { TAU } else { width_mm / radius };
-        let (columns, rows) = grid_of(DVec2::new(width_mm, height_mm), width_mm.hypot(height_mm) * CELL_FRACTION);
+        let (columns, rows) = grid_of(
+            DVec2::new(width_mm, height_mm),
+            width_mm.hypot(height_mm) * CELL_FRACTION,
+        );
         let grid = (columns.max((turn / MAX_CELL_ANGLE).ceil() as usize + 1), rows);
         let place = |across: f64, v: f64| {
             // The two ends of a whole turn are the same bits: a seam.

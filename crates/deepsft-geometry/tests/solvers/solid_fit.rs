@@ -2,11 +2,11 @@
 
 use crate::printed_box::{blocks, printed_box};
 use deepsft_geometry::fitting::{FitOptions, FrameFitter, Start};
-use deepsft_geometry::glam::{DQuat, DVec3};
+use deepsft_geometry::glam::{DQuat, DVec2, DVec3};
 use deepsft_geometry::metrics::{FrameMetrics, frame_metrics};
 use deepsft_geometry::raster::VisibleSurface;
 use deepsft_geometry::tracking::{TrackUpdate, Tracker, TrackerImage, TrackingOptions};
-use deepsft_geometry::{Camera, Maps, Picture, Template, draw_template, training_camera};
+use deepsft_geometry::{Camera, ImageSize, Maps, Picture, Template, draw_template, training_camera};
 
 /// The box bent about its z axis, each fibre along y to an arc; `radius` to the middle, mm.
 fn bent(p: DVec3, radius: f64) -> DVec3 {
@@ -41,7 +41,8 @@ impl Scene {
 
     fn picture(&self, maps: &Maps) -> Picture {
         let drawn = draw_template(self.template.texture(), maps);
-        Picture::from_fn(480, 270, |x, y| match maps.inside(y * 480 + x) {
+        let ImageSize { width, height } = maps.size();
+        Picture::from_fn(width, height, |x, y| match maps.inside(y * width + x) {
             true => drawn.pixel(x, y),
             false => [(120 + (x * 31 + y * 17) % 23) as u8; 3],
         })
@@ -87,6 +88,43 @@ fn a_bent_box_is_fitted_from_a_rigid_one_that_is_off_and_its_hidden_sides_follow
             let together = surface.vertices_camera[i] == surface.vertices_camera[j];
             assert_eq!(rest[i] == rest[j], together, "{i} and {j}");
         }
+    }
+}
+
+#[test]
+fn a_box_that_is_not_bent_keeps_its_shape_and_a_bent_one_does_not() {
+    let scene = Scene::new();
+    let focal = scene.camera.focal() * 2.0;
+    let camera = Camera::pinhole((960, 540), focal, DVec2::new(480.0, 270.0)).unwrap();
+    let rest = scene.template.mesh().vertices();
+    for (radius, is_rigid) in [(1e6, true), (700.0, false)] {
+        let truth = scene.vertices(radius, [0.7, -0.5], AWAY);
+        let image = |camera| scene.picture(&VisibleSurface::new(scene.template.mesh(), &truth, camera).maps());
+        let start = scene.vertices(1e6, [0.73, -0.47], AWAY + DVec3::new(2.0, -2.0, 5.0));
+        let mut fitter = FrameFitter::new(&scene.template, FitOptions::default()).unwrap();
+        let found = fitter.fit(&image(&scene.camera), &scene.camera, &Start::Mesh(start));
+        let surface = fitter
+            .fit_close_ups(&image(&camera), &camera, found.unwrap().unwrap())
+            .unwrap();
+        // Distances between vertices of opposite corners, against those at rest.
+        let pairs = (0..rest.len() / 2).map(|i| [i, rest.len() - 1 - i]);
+        let change = |[a, b]: [usize; 2]| {
+            (surface.vertices_camera[a].distance(surface.vertices_camera[b]) - rest[a].distance(rest[b])).abs()
+        };
+        let most = pairs.map(change).fold(0.0, f64::max);
+        assert_eq!(most < 1e-6, is_rigid, "radius {radius} mm: lengths change by {most} mm");
+        let mut off: Vec<f64> = surface
+            .vertices_camera
+            .iter()
+            .zip(&truth)
+            .map(|(a, b)| a.distance(*b))
+            .collect();
+        off.sort_by(f64::total_cmp);
+        let median = off[off.len() / 2];
+        assert!(
+            median < if is_rigid { 0.3 } else { 1.5 },
+            "radius {radius} mm: {median} mm off"
+        );
     }
 }
 

@@ -72,7 +72,10 @@ fn a_label_lies_on_its_cylinder_with_its_lengths() {
         }
         for &[a, b, c] in mesh.faces() {
             let [a, b, c] = [a, b, c].map(|v| mesh.vertices()[v]);
-            assert!((b - a).cross(c - a).dot((a + b + c).with_y(0.0)) > 0.0, "a face looks inwards");
+            assert!(
+                (b - a).cross(c - a).dot((a + b + c).with_y(0.0)) > 0.0,
+                "a face looks inwards"
+            );
         }
         // The middle of one turn is before the viewer; a quarter of a turn further to the right it is seen from the side.
         let turn = radius * TAU;
@@ -80,13 +83,19 @@ fn a_label_lies_on_its_cylinder_with_its_lengths() {
         let at = |u: f64| template.point_template(DVec2::new(u, 0.25));
         let near = |u: f64, p: DVec3| at(u).unwrap().distance(p) < 0.1;
         assert!(near(middle, DVec3::new(0.0, -25.0, -30.0)));
-        assert!(near(middle + turn / 6.0 / width, DVec3::new(30.0 * (TAU / 6.0).sin(), -25.0, -15.0)));
+        assert!(near(
+            middle + turn / 6.0 / width,
+            DVec3::new(30.0 * (TAU / 6.0).sin(), -25.0, -15.0)
+        ));
         // What is longer than a turn lies under the beginning.
         assert_eq!(at(0.99).is_none(), width > turn + 5.0);
         let topology = Topology::of(mesh).unwrap();
         let rows = mesh.texture_coordinates().iter().filter(|uv| uv.x == 0.0).count();
         assert_eq!(topology.seam_edges, if seam { rows - 1 } else { 0 });
-        assert_eq!((topology.pieces, topology.euler_characteristic), (1, if seam { 0 } else { 1 }));
+        assert_eq!(
+            (topology.pieces, topology.euler_characteristic),
+            (1, if seam { 0 } else { 1 })
+        );
         assert!((template.size_mm() - DVec2::new(width, 100.0)).abs().max_element() < 0.1);
     }
     for diameter in [0.0, -1.0, f64::NAN] {

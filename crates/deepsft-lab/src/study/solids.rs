@@ -32,6 +32,9 @@ pub struct SolidsArguments {
     /// Seed of the frames
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// Objects that are not bent: boxes and tins
+    #[arg(long)]
+    at_rest: bool,
 }
 
 /// One object.
@@ -43,11 +46,15 @@ struct Object {
 
 pub fn run(arguments: &SolidsArguments) -> Result<()> {
     let focal = DVec2::splat(760.0);
-    let config = SynthConfig {
+    let mut config = SynthConfig {
         camera: Camera::pinhole((960, 540), focal, DVec2::new(480.0, 270.0))?,
         empty_probability: 0.0,
         ..SynthConfig::default()
     };
+    if arguments.at_rest {
+        config.deformation.max_edge_change.median = 0.0;
+        config.deformation.max_edge_change.p95 = 0.0;
+    }
     let mut objects = Vec::new();
     for folder in &arguments.templates {
         let template = read_template(folder)?;

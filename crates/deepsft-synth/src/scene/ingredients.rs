@@ -62,7 +62,9 @@ impl Ingredients {
         let (vertices_template, strength) = match &self.control_points {
             None => (deform(&self.template, &self.config.deformation, rng), None),
             Some(control_points) => {
-                let (vertices, strength) = control_points.deform(TOY_EDGE_CHANGE, rng);
+                let most = self.config.deformation.max_edge_change;
+                let most = if most.p95 > 0.0 { TOY_EDGE_CHANGE } else { most };
+                let (vertices, strength) = control_points.deform(most, rng);
                 let turn = DQuat::from_rotation_y(rng.random_range(0.0..std::f64::consts::TAU));
                 let turned = vertices.into_iter().map(|p| turn * p);
                 (turned.collect(), Some(strength))
