@@ -4,18 +4,14 @@ use crate::{
     clock::Stopwatch,
     estimate::estimate_object,
     failure::{Code, Failure},
-    input::{camera_from, files_from, maps_from, picture_from, printed_template, template_from},
+    input::{camera_from, files_from, maps_from, picture_from},
     mesh::positions,
     object::object,
-    scan::scanned_template,
     settle,
     target::EngineTarget,
+    target_template::TargetTemplate,
 };
-use deepsft::{
-    DeviceDescription, DeviceKind, EstimateTimes, ModelBundle, Target, View,
-    geometry::{Maps, Template},
-    start_device,
-};
+use deepsft::{DeviceDescription, DeviceKind, EstimateTimes, ModelBundle, Target, View, geometry::Maps, start_device};
 use js_sys::{Array, Object, Promise};
 use std::{cell::RefCell, collections::BTreeMap, rc::Rc};
 use wasm_bindgen::prelude::*;
@@ -100,52 +96,17 @@ impl Engine {
         })
     }
 
-    /// Looks for the sheet of `width_mm` x `height_mm` with a picture (RGBA, alpha left out) from now on, or for the label around a tin,
-    /// bottle or tube of `diameter_mm`.
+    /// Looks for a target without a network from now on.
     ///
-    /// Rejects with an `Error` whose `code` is `target-unusable`, `image-unreadable` or `internal`.
-    #[wasm_bindgen(js_name = addPicture, unchecked_return_type = "Promise<void>")]
-    pub fn add_picture(
-        &self,
-        id: u32,
-        #[wasm_bindgen(unchecked_param_type = "Uint8Array | Uint8ClampedArray")] rgba: Vec<u8>,
-        width: usize,
-        height: usize,
-        width_mm: f64,
-        height_mm: f64,
-        diameter_mm: Option<f64>,
-    ) -> Promise {
-        self.adding(id, move || {
-            printed_template(&rgba, (width, height), [width_mm, height_mm], diameter_mm)
+    /// Rejects with an `Error` whose `code` is `target-unusable` or `internal`.
+    #[wasm_bindgen(js_name = addTarget, unchecked_return_type = "Promise<void>")]
+    pub fn add_target(&self, id: u32, template: TargetTemplate) -> Promise {
+        let core = Rc::clone(&self.core);
+        settle::promise(async move {
+            let target = EngineTarget::of_template(template.into_template())?;
+            core.targets.borrow_mut().insert(id, Rc::new(target));
+            Ok(JsValue::UNDEFINED)
         })
-    }
-
-    /// Looks for an object from now on that is given as the files of a scan, as for [`crate::scan::read_scan`].
-    ///
-    /// Rejects with an `Error` whose `code` is `target-unusable`, `model-load` or `internal`.
-    #[wasm_bindgen(js_name = addScan, unchecked_return_type = "Promise<void>")]
-    pub fn add_scan(
-        &self,
-        id: u32,
-        #[wasm_bindgen(unchecked_param_type = "Iterable<[string, Uint8Array]>")] files: JsValue,
-        mm_per_unit: f64,
-    ) -> Promise {
-        self.adding(id, move || {
-            let files = files_from(&files)?;
-            Ok(scanned_template(&files, Some(mm_per_unit))?.1)
-        })
-    }
-
-    /// Looks for an object from now on that is given as the files of a template's folder, by name.
-    ///
-    /// Rejects with an `Error` whose `code` is `target-unusable`, `model-load`, `model-version` or `internal`.
-    #[wasm_bindgen(js_name = addTemplate, unchecked_return_type = "Promise<void>")]
-    pub fn add_template(
-        &self,
-        id: u32,
-        #[wasm_bindgen(unchecked_param_type = "Iterable<[string, Uint8Array]>")] files: JsValue,
-    ) -> Promise {
-        self.adding(id, move || template_from(&files_from(&files)?))
     }
 
     /// Lets a target go.
@@ -241,15 +202,6 @@ impl Engine {
             let camera = target.view_camera(maps.size(), focal)?;
             let mesh = target.mesh(canonical.as_ref(), maps, &camera)?;
             Ok(mesh.map_or(JsValue::NULL, JsValue::from))
-        })
-    }
-
-    fn adding(&self, id: u32, template: impl FnOnce() -> Result<Template, Failure> + 'static) -> Promise {
-        let core = Rc::clone(&self.core);
-        settle::promise(async move {
-            let target = EngineTarget::of_template(template()?)?;
-            core.targets.borrow_mut().insert(id, Rc::new(target));
-            Ok(JsValue::UNDEFINED)
         })
     }
 }

@@ -2,8 +2,7 @@
 
 use crate::failure::{Code, Failure};
 use deepsft::geometry::glam::DVec2;
-use deepsft::geometry::{Camera, ImageSize, Maps, Picture, Template};
-use deepsft::{TEMPLATE_FILE, TemplateFile};
+use deepsft::geometry::{Camera, ImageSize, Maps, Picture};
 use js_sys::{Array, Uint8Array};
 use std::collections::BTreeMap;
 use wasm_bindgen::prelude::*;
@@ -68,35 +67,6 @@ pub fn picture_from(rgba: &[u8], size: impl Into<ImageSize>) -> Result<Picture, 
         *to = [r, g, b];
     }
     Ok(Picture::new(size.width, size.height, rgb)?)
-}
-
-/// The sheet that carries the picture of RGBA bytes, or the label around a cylinder of `diameter_mm`.
-pub fn printed_template(
-    rgba: &[u8],
-    size: impl Into<ImageSize>,
-    [width_mm, height_mm]: [f64; 2],
-    diameter_mm: Option<f64>,
-) -> Result<Template, Failure> {
-    let picture = picture_from(rgba, size)?;
-    match diameter_mm {
-        None => Template::thin_shell(picture, width_mm, height_mm).map_err(Failure::of_target),
-        Some(diameter) => {
-            Template::around_cylinder(picture, [width_mm, height_mm], diameter).map_err(Failure::of_target)
-        }
-    }
-}
-
-/// The template of a template folder's files by name.
-pub fn template_from(files: &BTreeMap<String, Vec<u8>>) -> Result<Template, Failure> {
-    let file = |name: &str| {
-        let missing = || Failure::new(Code::TargetUnusable, format!("The template lacks {name}."));
-        files.get(name).map(Vec::as_slice).ok_or_else(missing)
-    };
-    let description = TemplateFile::parse(file(TEMPLATE_FILE)?).map_err(Failure::of_target)?;
-    let mesh = description.mesh().map(file).transpose()?;
-    description
-        .template(file(description.texture())?, mesh)
-        .map_err(Failure::of_target)
 }
 
 /// Maps of a canonical image of `width` columns out of a depth and two texture coordinates for each pixel.

@@ -19,10 +19,12 @@ mod object;
 mod scan;
 mod settle;
 mod target;
+mod target_template;
 mod tracker;
 
 pub use engine::Engine;
 pub use scan::read_scan;
+pub use target_template::TargetTemplate;
 pub use tracker::MeshTracker;
 
 use wasm_bindgen::prelude::*;

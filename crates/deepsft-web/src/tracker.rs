@@ -3,11 +3,11 @@
 use crate::{
     clock::{Stopwatch, now_s},
     failure::{Code, Failure},
-    input::{camera_from, files_from, picture_from, printed_template, template_from, view_from},
+    input::{camera_from, files_from, picture_from, view_from},
     mesh::surface_object,
     object::object,
-    scan::scanned_template,
     settle,
+    target_template::TargetTemplate,
 };
 use deepsft::{
     DeepSftError, ModelBundle, View,
@@ -86,54 +86,12 @@ impl MeshTracker {
         })
     }
 
-    /// Follows a scanned object too, as [`crate::Engine::add_scan`].
+    /// Follows a target without a network too.
     ///
-    /// Rejects with an `Error` whose `code` is `target-unusable`, `model-load` or `internal`.
-    #[wasm_bindgen(js_name = addScan, unchecked_return_type = "Promise<void>")]
-    pub fn add_scan(
-        &self,
-        id: u32,
-        #[wasm_bindgen(unchecked_param_type = "Iterable<[string, Uint8Array]>")] files: JsValue,
-        mm_per_unit: f64,
-    ) -> Promise {
-        self.adding((id, false), move || {
-            let files = files_from(&files)?;
-            Ok((scanned_template(&files, Some(mm_per_unit))?.1, training_camera()))
-        })
-    }
-
-    /// Follows an object too that is given as the files of a template's folder, by name.
-    ///
-    /// Rejects with an `Error` whose `code` is `target-unusable`, `model-version`, `model-load` or `internal`.
-    #[wasm_bindgen(js_name = addTemplate, unchecked_return_type = "Promise<void>")]
-    pub fn add_template(
-        &self,
-        id: u32,
-        #[wasm_bindgen(unchecked_param_type = "Iterable<[string, Uint8Array]>")] files: JsValue,
-    ) -> Promise {
-        self.adding((id, false), move || {
-            Ok((template_from(&files_from(&files)?)?, training_camera()))
-        })
-    }
-
-    /// Follows a printed picture too, as [`crate::Engine::add_picture`].
-    ///
-    /// Rejects with an `Error` whose `code` is `target-unusable`, `image-unreadable` or `internal`.
-    #[wasm_bindgen(js_name = addPicture, unchecked_return_type = "Promise<void>")]
-    pub fn add_picture(
-        &self,
-        id: u32,
-        #[wasm_bindgen(unchecked_param_type = "Uint8Array | Uint8ClampedArray")] rgba: Vec<u8>,
-        width: usize,
-        height: usize,
-        width_mm: f64,
-        height_mm: f64,
-        diameter_mm: Option<f64>,
-    ) -> Promise {
-        self.adding((id, false), move || {
-            let template = printed_template(&rgba, (width, height), [width_mm, height_mm], diameter_mm)?;
-            Ok((template, training_camera()))
-        })
+    /// Rejects with an `Error` whose `code` is `target-unusable` or `internal`.
+    #[wasm_bindgen(js_name = addTarget, unchecked_return_type = "Promise<void>")]
+    pub fn add_target(&self, id: u32, template: TargetTemplate) -> Promise {
+        self.adding((id, false), move || Ok((template.into_template(), training_camera())))
     }
 
     /// Follows a target no longer.

@@ -1,5 +1,6 @@
 // Adding a target in a worker: the engine and the tracker take the same.
 
+import { TargetTemplate } from "../../pkg/deepsft_web.js";
 import { DeepSftError } from "../error.js";
 
 /** @import { Engine, MeshTracker } from "../../pkg/deepsft_web.js" */
@@ -11,11 +12,15 @@ import { DeepSftError } from "../error.js";
  * @param {TargetSource} source
  */
 export async function addSource(to, id, source) {
-  if (source.kind === "picture") {
-    const { pixels, widthMm, heightMm, diameterMm } = source;
-    await to.addPicture(id, pixels.data, pixels.width, pixels.height, widthMm, heightMm, diameterMm);
-  } else if (source.kind === "scan") await to.addScan(id, source.files, source.mmPerUnit);
-  else if (source.kind === "template") await to.addTemplate(id, source.files);
+  if (source.kind !== "model") await to.addTarget(id, await templateOf(source));
   else if ("addModel" in to) await to.addModel(id, source.files);
   else throw new DeepSftError("internal", "The engine has its model from the start.");
+}
+
+/** @param {Exclude<TargetSource, { kind: "model" }>} source */
+function templateOf(source) {
+  if (source.kind === "template") return TargetTemplate.ofFolder(source.files);
+  if (source.kind === "scan") return TargetTemplate.ofScan(source.files, source.mmPerUnit);
+  const { pixels, widthMm, heightMm, diameterMm } = source;
+  return TargetTemplate.ofPicture(pixels.data, pixels.width, pixels.height, widthMm, heightMm, diameterMm);
 }

@@ -10,7 +10,7 @@ import { closeFrame, readImage, transferableFrame } from "../frames/image-input.
  * What a worker makes a target of.
  *
  * @typedef {{ kind: "picture", pixels: ImageData, widthMm: number, heightMm: number, diameterMm: number | undefined, hasSize: boolean }
- *   | { kind: "scan", files: Map<string, Uint8Array>, mmPerUnit: number } | { kind: "template" | "model", files: Map<string, Uint8Array> }} TargetSource
+ *   | { kind: "scan", files: Map<string, Uint8Array>, mmPerUnit: number } | { kind: "template", files: Map<string, Uint8Array> } | { kind: "model", files: Map<string, Uint8Array> }} TargetSource
  */
 
 /**
