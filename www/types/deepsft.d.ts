@@ -53,6 +53,11 @@ export type PictureOptions = {
      */
     heightMm?: number;
     /**
+     * diameter of the tin, bottle, mug or tube that the print goes around; it needs `widthMm`. A print longer
+     * than one turn covers its own end. When absent the print lies flat at rest.
+     */
+    aroundMm?: number;
+    /**
      * for people; the file's own for a File and an address
      */
     name?: string;
@@ -150,7 +155,7 @@ export declare class DeepSft {
     }): Promise<Target>;
     /**
      * Reads a scan: its shape, its texture, and the flat sheet it unrolls to. Scans of bent sheets, labels and plates unroll; what has a
-     * volume does not, and needs a network of its own.
+     * volume does not.
      *
      * @param {ScanInput} input
      * @param {{ mmPerUnit?: number }} [options] millimetres of the file's unit; default 1000 for glTF, which counts in metres, and 1 for OBJ,
@@ -162,15 +167,17 @@ export declare class DeepSft {
         mmPerUnit?: number;
     }): Promise<Scan>;
     /**
-     * Makes a target of the flat sheet that a scan unrolls to: it is found and followed like a picture.
+     * Makes a target of a scan: of the flat sheet that it unrolls to, found and followed like a picture, or of the object with its volume.
      *
      * @param {Scan | ScanInput} input
-     * @param {{ widthMm?: number, name?: string }} [options] width of the flat sheet, where the scan's is not right; a name for people
-     * @returns {Promise<Target>}
-     * @throws {DeepSftError} as {@link DeepSft.readScan} and {@link DeepSft.addPicture}; `target-unusable` for what is no sheet
+     * @param {{ widthMm?: number, mmPerUnit?: number, name?: string }} [options] width of the flat sheet, where the scan's is not right; as for
+     *   {@link DeepSft.readScan}; a name for people
+     * @returns {Promise<Target>} of the kind `picture` or, with a volume, `template`
+     * @throws {DeepSftError} as {@link DeepSft.readScan} and {@link DeepSft.addPicture}; `target-unusable` for the width of what is no sheet
      */
-    addScan(input: Scan | ScanInput, { widthMm, name }?: {
+    addScan(input: Scan | ScanInput, { widthMm, mmPerUnit, name }?: {
         widthMm?: number;
+        mmPerUnit?: number;
         name?: string;
     }): Promise<Target>;
     /**

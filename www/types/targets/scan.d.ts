@@ -39,6 +39,8 @@ export type RawScan = {
  */
 /** A scan. `DeepSft` reads it. */
 export declare class Scan {
+    /** Its files, by name. */
+    files: Map<string, Uint8Array<ArrayBufferLike>>;
     /** Name of its file. */
     name: string;
     /** Millimetres of the file's unit, as they were taken. */
@@ -52,7 +54,7 @@ export declare class Scan {
     /** Its texture. */
     texture: ImageData;
     /**
-     * The flat sheet that it unrolls to: what is looked for. Null where it is no sheet.
+     * The flat sheet that it unrolls to: what is looked for. Null of an object with a volume.
      *
      * @type {{ picture: ImageData, widthMm: number, heightMm: number } | null}
      */
@@ -61,10 +63,13 @@ export declare class Scan {
         widthMm: number;
         heightMm: number;
     } | null;
-    /** Why it is no sheet, for people; null of a sheet. */
+    /** Why it is no sheet but an object with a volume, for people; null of a sheet. */
     refusal: string | null;
-    /** @param {RawScan} raw */
-    constructor({ name, mmPerUnit, vertices, mesh, texture, sheet, refusal }: RawScan);
+    /**
+     * @param {RawScan} raw
+     * @param {Map<string, Uint8Array>} files
+     */
+    constructor({ name, mmPerUnit, vertices, mesh, texture, sheet, refusal }: RawScan, files: Map<string, Uint8Array>);
     /** Sides of the box around it, mm: width, height and depth. @returns {[number, number, number]} */
     get sizeMm(): [number, number, number];
 }

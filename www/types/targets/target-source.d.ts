@@ -5,21 +5,30 @@ export type TargetSource = {
     pixels: ImageData;
     widthMm: number;
     heightMm: number;
+    diameterMm: number | undefined;
     hasSize: boolean;
 } | {
-    kind: "template" | "model";
+    kind: "scan";
+    files: Map<string, Uint8Array>;
+    mmPerUnit: number;
+} | {
+    kind: "template";
+    files: Map<string, Uint8Array>;
+} | {
+    kind: "model";
     files: Map<string, Uint8Array>;
 };
 export type TemplateInput = string | URL | Map<string, Uint8Array> | Iterable<File>;
 /**
  * @param {ImageInput} image
- * @param {{ widthMm?: number, heightMm?: number, signal?: AbortSignal }} size of the print, without the paper's margins
+ * @param {{ widthMm?: number, heightMm?: number, aroundMm?: number, signal?: AbortSignal }} size of the print, without the paper's margins
  * @returns {Promise<Extract<TargetSource, { kind: "picture" }>>}
  * @throws {DeepSftError} `target-unusable`, `image-unreadable`, `image-cross-origin`
  */
-export declare function pictureSource(image: ImageInput, { widthMm: given, heightMm, signal }: {
+export declare function pictureSource(image: ImageInput, { widthMm: given, heightMm, aroundMm: diameterMm, signal }: {
     widthMm?: number;
     heightMm?: number;
+    aroundMm?: number;
     signal?: AbortSignal;
 }): Promise<Extract<TargetSource, {
     kind: "picture";
