@@ -2,7 +2,7 @@
 
 use crate::failure::{BlameInput, usage};
 use crate::input;
-use crate::numbers::SizeMm;
+use crate::numbers::{SizeMm, positive};
 use anyhow::{Result, anyhow};
 use clap::Args;
 use deepsft::features::{GradeLevel, PictureGrade};
@@ -22,6 +22,9 @@ pub struct ObjectChoice {
     /// Printed size of the picture in mm: WIDTHxHEIGHT, or the width alone
     #[arg(long, value_name = "SIZE", requires = "picture")]
     size_mm: Option<SizeMm>,
+    /// Diameter of the tin, bottle or tube that the picture goes around, mm
+    #[arg(long, value_name = "MM", value_parser = positive, requires = "picture")]
+    around_mm: Option<f64>,
 }
 
 #[derive(Debug, Args)]
@@ -120,7 +123,7 @@ impl ObjectChoice {
             return Ok(input::bundle(bundle)?.template().clone());
         }
         if let (Some(file), Some(size)) = (picture, self.size_mm) {
-            return printed(file, size);
+            return printed(file, size, self.around_mm);
         }
         match template {
             Some(folder) => Ok(read_template(folder)?),
@@ -150,8 +153,8 @@ impl ObjectChoice {
     }
 }
 
-/// The sheet that carries the picture of `file`.
-pub fn printed(file: &Path, size: SizeMm) -> Result<Template> {
+/// The sheet that carries the picture of `file`, or the label around a cylinder of the diameter `around_mm`.
+pub fn printed(file: &Path, size: SizeMm, around_mm: Option<f64>) -> Result<Template> {
     let picture = input::picture(file)?;
     let sheet = |picture: Picture| {
         let ratio = picture.height() as f64 / picture.width() as f64;
@@ -164,7 +167,10 @@ pub fn printed(file: &Path, size: SizeMm) -> Result<Template> {
                 picture.size()
             ));
         }
-        Ok(Template::thin_shell(picture, width_mm, height_mm)?)
+        Ok(match around_mm {
+            None => Template::thin_shell(picture, width_mm, height_mm)?,
+            Some(diameter) => Template::around_cylinder(picture, [width_mm, height_mm], diameter)?,
+        })
     };
     sheet(picture).blame("picture", file)
 }

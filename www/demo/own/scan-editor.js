@@ -17,8 +17,8 @@ const LIKELY_MM = [40, 2000];
 
 const SHEET_WORDS = "This is a sheet: it will be found, followed and measured, however it bends. Below it is laid flat.";
 const VOLUME_WORDS =
-  "This page follows sheets: paper, labels, plates, however bent. What has a volume needs a network of its own, which is trained on the " +
-  "command line.";
+  "This page follows sheets: paper, labels, plates, however bent. What has a volume is followed by programs: on the command line, and by " +
+  "sft.addScan in pages.";
 
 export class ScanEditor {
   #root;

@@ -207,7 +207,7 @@ test("what has a volume says what to do instead, and broken files what is wrong 
     }, BALL.buffer.toString("base64"));
     await page.dispatchEvent("body", "drop", { dataTransfer: data });
     await page.waitForSelector('#scan[data-state="volume"]');
-    assert.match(await page.textContent("#scan-verdict"), /^This page follows sheets.*trained on the command line\. /);
+    assert.match(await page.textContent("#scan-verdict"), /^This page follows sheets.*sft\.addScan in pages\. /);
     assert.equal(await page.isVisible('#scan [value="camera"]'), false);
     assert.ok(await page.isVisible(".otherwise a"));
     await page.waitForTimeout(500);

@@ -212,23 +212,24 @@ fn a_soft_toy_and_a_printed_tube_are_followed_through_clips_without_training() {
         format!("{models}/soft-toy/template"),
         format!("{models}/poster-a4/template/texture.png"),
     );
-    let around = ["--size-mm", "297x210", "--around-mm", "91.4", "--out", "tube"];
-    let tube = deepsft(
-        folder,
-        &[&["template", "new", "--image", &poster], &around[..]].concat(),
-    );
-    assert!(
-        tube.succeeds().stdout.contains("template of 91.4 x 210.0 x 91.4 mm"),
-        "{tube:?}"
-    );
+    let around = ["--size-mm", "297x210", "--around-mm", "91.4"];
+    let new = [&["template", "new", "--image", &poster, "--out", "tube"], &around[..]].concat();
+    let tube = deepsft(folder, &new);
+    let size = "template of 91.4 x 210.0 x 91.4 mm";
+    assert!(tube.succeeds().stdout.contains(size), "{tube:?}");
     assert!(folder.join("tube/views.png").exists());
-    for template in [&toy, "tube"] {
-        let size = ["--scale", "2", "--frames", "10", "--seed", "9000001", "--out", "clip"];
-        deepsft(folder, &[&["clip", "--template", template], &size[..]].concat()).succeeds();
-        let run = deepsft(folder, &["track", "--template", template, "--out", "track", "clip"]);
+    let label = [&["--picture", &poster[..]], &around[..]].concat();
+    for (shown, followed) in [(&toy[..], &["--template", &toy][..]), ("tube", &label)] {
+        let clip = "--scale 2 --frames 10 --seed 9000001 --out clip";
+        let clip: Vec<&str> = ["clip", "--template", shown]
+            .into_iter()
+            .chain(clip.split(' '))
+            .collect();
+        deepsft(folder, &clip).succeeds();
+        let run = deepsft(folder, &[&["track", "--out", "track"], followed, &["clip"]].concat());
         let told = run.succeeds().stdout.clone() + &run.stderr;
         // The first answer comes four frames late.
-        assert!(told.contains("10 frames, found in 6"), "{template}: {told}");
+        assert!(told.contains("10 frames, found in 6"), "{shown}: {told}");
     }
 }
 

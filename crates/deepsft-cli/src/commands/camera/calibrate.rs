@@ -164,7 +164,7 @@ fn target(arguments: &CalibrateArguments) -> Result<FlatTarget> {
         return Ok(FlatTarget::board(CornerDetector::checkerboard()?));
     }
     if let (Some(file), Some(size)) = (&target.picture, arguments.size_mm) {
-        return FlatTarget::print(printed(file, size)?);
+        return FlatTarget::print(printed(file, size, None)?);
     }
     let folder = target.template.as_ref().context("a target is needed")?;
     let template = read_template(folder)?;
