@@ -72,10 +72,6 @@ impl CloseUp {
     }
 }
 
-/// How much higher the correlation of a solid must be where it may bend, or it keeps its rest shape. Of 22 frames of a box and a tube at
-/// rest it was at most 0.011 higher, of 21 frames in which they are bent 0.003, 0.011 and from 0.025 on.
-const BENT: f64 = 0.012;
-
 /// How a mesh may move on its way through the close-ups.
 #[derive(Clone, Copy)]
 enum Pass {
@@ -133,8 +129,8 @@ pub(super) fn fit_through(
     let rigid = match fitter.template.is_sheet() {
         true => None,
         false => {
-            let start = (&fitter.rigid(surface)[..], &surface.is_hidden[..]);
-            fit_with(fitter, close_ups, Pass::Rigid, start, &[])?
+            let start = fitter.rigid(&surface.vertices_camera, &surface.confidence);
+            fit_with(fitter, close_ups, Pass::Rigid, (&start, &surface.is_hidden), &[])?
         }
     };
     let mut best: Option<Fitted> = None;
@@ -160,9 +156,10 @@ pub(super) fn fit_through(
             break;
         }
     }
-    let whole = |fitted: &Fitted| fitted.correlation.whole;
-    let is_bent = |best: &Fitted| rigid.as_ref().is_none_or(|rigid| whole(best) >= whole(rigid) + BENT);
-    Ok(best.filter(is_bent).or(rigid))
+    Ok(match (rigid, best) {
+        (Some(rigid), Some(best)) => Some(rigid.unless_bent(best)),
+        (_, best) => best,
+    })
 }
 
 fn fit_with(

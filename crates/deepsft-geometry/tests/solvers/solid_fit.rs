@@ -48,6 +48,14 @@ impl Scene {
         })
     }
 
+    /// How much distances between vertices of opposite corners differ from those at rest, at most, mm.
+    fn change(&self, vertices: &[DVec3]) -> f64 {
+        let rest = self.template.mesh().vertices();
+        let pairs = (0..rest.len() / 2).map(|i| [i, rest.len() - 1 - i]);
+        let change = |[a, b]: [usize; 2]| (vertices[a].distance(vertices[b]) - rest[a].distance(rest[b])).abs();
+        pairs.map(change).fold(0.0, f64::max)
+    }
+
     fn errors(&self, maps: &Maps, truth: &Maps) -> FrameMetrics {
         frame_metrics(maps, truth, &self.camera, &self.template).unwrap()
     }
@@ -106,12 +114,7 @@ fn a_box_that_is_not_bent_keeps_its_shape_and_a_bent_one_does_not() {
         let surface = fitter
             .fit_close_ups(&image(&camera), &camera, found.unwrap().unwrap())
             .unwrap();
-        // Distances between vertices of opposite corners, against those at rest.
-        let pairs = (0..rest.len() / 2).map(|i| [i, rest.len() - 1 - i]);
-        let change = |[a, b]: [usize; 2]| {
-            (surface.vertices_camera[a].distance(surface.vertices_camera[b]) - rest[a].distance(rest[b])).abs()
-        };
-        let most = pairs.map(change).fold(0.0, f64::max);
+        let most = scene.change(&surface.vertices_camera);
         assert_eq!(most < 1e-6, is_rigid, "radius {radius} mm: lengths change by {most} mm");
         let mut off: Vec<f64> = surface
             .vertices_camera
@@ -129,14 +132,19 @@ fn a_box_that_is_not_bent_keeps_its_shape_and_a_bent_one_does_not() {
 }
 
 #[test]
-fn a_box_is_followed_while_its_sides_come_into_view_and_leave() {
+fn a_box_is_followed_while_its_sides_come_into_view_and_leave_and_bends_once_the_image_tells_so() {
     let scene = Scene::new();
     let mut tracker = Tracker::new(&scene.template, TrackingOptions::default()).unwrap();
     let mut worst: f64 = 0.0;
     // Once all around.
     for frame in 0..126 {
         let (turn, time_s) = (0.05 * frame as f64, frame as f64 / 30.0);
-        let bend = 600.0 + 200.0 * (0.2 * frame as f64).cos();
+        let since = frame as f64 - 42.0;
+        let bend = if since < 0.0 {
+            1e6
+        } else {
+            600.0 + 200.0 * (0.2 * since).cos() + 3000.0 * (-since / 5.0).exp()
+        };
         let truth = scene.vertices(bend, [turn, -0.4], AWAY);
         let maps = scene.maps(&truth);
         let picture = TrackerImage::of(&scene.picture(&maps));
@@ -148,6 +156,13 @@ fn a_box_is_followed_while_its_sides_come_into_view_and_leave() {
         let surface = tracked.surface.as_ref().unwrap();
         let errors = scene.errors(&surface.maps(scene.template.mesh()), &maps);
         worst = worst.max(errors.registration_rmse_px.unwrap());
+        // Whether it is bent is asked every eight frames.
+        let change = scene.change(&surface.vertices_camera);
+        match frame {
+            9..42 => assert!(change < 1e-6, "{frame}: lengths change by {change} mm"),
+            60.. => assert!(change > 0.1, "{frame}: lengths change by {change} mm"),
+            _ => {}
+        }
     }
     assert!(worst < 2.0, "{worst} px");
 }

@@ -309,10 +309,37 @@ impl Tracker {
         vertices.iter().map(|p| p + way).collect()
     }
 
-    /// The mesh fitted to frame `index` from `start`, round by round; `wide` where it may be far off.
+    /// The mesh fitted to frame `index` from `start`; `wide` where it may be far off. A solid that is not bent is moved as it is at rest,
+    /// until a frame tells otherwise.
     fn fitted_in(
         &mut self,
         wide: bool,
+        index: usize,
+        start: Vec<DVec3>,
+        last: &Fitted,
+    ) -> Result<Fitted, GeometryError> {
+        let fit = &self.fitter.mesh_fitter;
+        if fit.template.is_sheet() {
+            return self.rounds((wide, false), index, start, last);
+        }
+        let at_rest = fit.rigid(&start, &last.correlation.confidence);
+        let is_asked = self.frames[index].frame.is_multiple_of(ASKED_FRAMES);
+        if !last.is_rigid && !is_asked {
+            return self.rounds((wide, false), index, start, last);
+        }
+        let mut rigid = self.rounds((wide, true), index, at_rest, last)?;
+        rigid.is_rigid = true;
+        if !is_asked && rigid.correlation.whole >= last.correlation.whole - LESS {
+            return Ok(rigid);
+        }
+        let bent = self.rounds((wide, false), index, start, last)?;
+        Ok(rigid.unless_bent(bent))
+    }
+
+    /// The mesh fitted to frame `index` from `start`, round by round; of a solid that `is_rigid` by its motion alone.
+    fn rounds(
+        &mut self,
+        (wide, is_rigid): (bool, bool),
         index: usize,
         start: Vec<DVec3>,
         last: &Fitted,
@@ -330,13 +357,18 @@ impl Tracker {
         let mut mesh = Fitted::unmoved(start);
         for (k, &blur) in blurs.iter().enumerate() {
             let is_last = k + 1 == blurs.len();
+            let steps = match is_rigid {
+                true => 0,
+                false if is_last => options.steps,
+                false => earlier_steps,
+            };
             let round = FitRound {
                 margin: MARGIN_PX,
-                rigid_steps: if k == 0 { options.rigid_steps } else { 0 },
+                rigid_steps: if k == 0 || is_rigid { options.rigid_steps } else { 0 },
                 is_near: !wide,
                 // What lies before the sheet hides it in the next frame too; after a miss all may have changed.
                 trusted: (self.missed == 0).then_some((&last.correlation.confidence, HIDDEN)),
-                ..FitRound::new(blur, if is_last { options.steps } else { earlier_steps })
+                ..FitRound::new(blur, steps)
             };
             let (observation, round) = if !wide && !is_last && blur >= HALVED_BLUR_PX {
                 (half, round.halved())
@@ -427,6 +459,10 @@ const HALVED_BLUR_PX: f32 = 3.0;
 
 /// Missed frames in a row that end a track at the earliest: one alone may be a flash.
 const MIN_MISSED: usize = 2;
+
+/// Frames from one to the next in which a solid is asked whether it is bent, and how much lower its correlation is where it is asked at once.
+const ASKED_FRAMES: u64 = 8;
+const LESS: f64 = 0.02;
 
 /// Confidence around a point below which it is taken as hidden.
 const HIDDEN: f64 = 0.25;
