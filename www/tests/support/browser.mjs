@@ -2,11 +2,14 @@
 
 import assert from "node:assert/strict";
 import { mkdirSync } from "node:fs";
+import { createRequire } from "node:module";
 import { join } from "node:path";
-import { chromium } from "playwright-core";
-import puppeteer from "puppeteer-core";
 
 import { WWW, serve } from "../../serve.mjs";
+
+// Imported, each file of tests would take twice as long to have it: Node.js then searches all of it for the names that it exports.
+/** @type {import("playwright-core")} */
+const { chromium } = createRequire(import.meta.url)("playwright-core");
 
 /** The program, from `cargo xtask test` or Debian's, and its flags: a software WebGPU adapter, so that results do not depend on the machine. */
 const PROGRAM = process.env.DEEPSFT_CHROMIUM ?? "/usr/bin/chromium";
@@ -75,6 +78,8 @@ export async function launchWithTabs(options) {
   const hiding = ["--disable-backgrounding-occluded-windows", "--disable-renderer-backgrounding", "--disable-background-timer-throttling"];
   // Permissions that Puppeteer gives are all that a page has then.
   args.push("--use-fake-ui-for-media-stream");
+  // Few tests need it.
+  const { default: puppeteer } = await import("puppeteer-core");
   return puppeteer.launch({ executablePath, args, timeout, ignoreDefaultArgs: hiding, protocolTimeout: SLOW_MS });
 }
 
