@@ -30,7 +30,7 @@ let clip;
 
 before(async () => {
   folder = await mkdtemp(join(tmpdir(), "deepsft-canonical-"));
-  clip = await makeClip(join(folder, "clip"), { event: "motion", frames: FRAMES, seed: SEED, scale: SCALE });
+  clip = await makeClip({ event: "motion", frames: FRAMES, seed: SEED, scale: SCALE });
 }, { timeout: SLOW_MS });
 after(() => rm(folder, { recursive: true, force: true }));
 

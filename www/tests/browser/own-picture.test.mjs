@@ -32,7 +32,7 @@ before(
     png = encodePng(makePrint(PRINT));
     await writeFile(picture, png);
     const options = { event: "still", frames: 4, seed: CLIP_SEED, scale: 2, picture, widthMm: WIDTH_MM };
-    const { frames } = await makeClip(join(folder, "clip"), options);
+    const { frames } = await makeClip(options);
     truth = frames[0].vertices;
     cameraFile = join(folder, "camera.y4m");
     await writeFile(cameraFile, y4m(frames.map((frame) => frame.picture), 4)); // prettier-ignore

@@ -33,7 +33,7 @@ before(
     folder = await mkdtemp(join(tmpdir(), "deepsft-scan-"));
     const picture = join(folder, "print.png");
     await writeFile(picture, encodePng(PRINT));
-    const { frames } = await makeClip(join(folder, "clip"), { event: "still", frames: 4, seed: CLIP_SEED, scale: 2, picture, widthMm: WIDTH_MM });
+    const { frames } = await makeClip({ event: "still", frames: 4, seed: CLIP_SEED, scale: 2, picture, widthMm: WIDTH_MM });
     truth = frames[0].vertices;
     cameraFile = join(folder, "camera.y4m");
     await writeFile(cameraFile, y4m(frames.map((frame) => frame.picture), 4)); // prettier-ignore

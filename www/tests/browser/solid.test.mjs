@@ -17,7 +17,7 @@ test("a soft toy is found and followed as a picture is", { timeout: SLOW_MS }, a
   const folder = await mkdtemp(join(tmpdir(), "deepsft-solid-"));
   try {
     const template = join(ROOT, "models", "soft-toy", "template");
-    const clip = await makeClip(join(folder, "clip"), { event: "motion", frames: FRAMES, seed: 9_000_001, scale: 2, template });
+    const clip = await makeClip({ event: "motion", frames: FRAMES, seed: 9_000_001, scale: 2, template });
     await onPage({ webgpu: false }, async ({ page }) => {
       const seen = await page.evaluate(
         async ({ pngs, camera }) => {

@@ -43,7 +43,7 @@ let printed;
 before(
   async () => {
     folder = await mkdtemp(join(tmpdir(), "deepsft-three-"));
-    clip = await makeClip(join(folder, "clip"), { event: "motion", frames: FRAMES, seed: SEED, scale: 2 });
+    clip = await makeClip({ event: "motion", frames: FRAMES, seed: SEED, scale: 2 });
     sheets = clip.frames.map(({ vertices }) => new TrueSheet(vertices, clip.camera));
     const copy = ({ picture }) => ({ ...picture, rgb: Uint8Array.from(picture.rgb) });
     const { width, height } = clip.camera;

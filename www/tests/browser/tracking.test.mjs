@@ -46,7 +46,7 @@ let cameraFile;
 before(
   async () => {
     folder = await mkdtemp(join(tmpdir(), "deepsft-tracking-"));
-    clip = await makeClip(join(folder, "clip"), { event: "motion", frames: FRAMES, seed: SEED });
+    clip = await makeClip({ event: "motion", frames: FRAMES, seed: SEED });
     cameraFile = join(folder, "camera.y4m");
     const pictures = clip.frames.map(({ picture }) => ({ ...picture, rgb: Uint8Array.from(picture.rgb) }));
     const [{ width, height }] = pictures;
@@ -111,7 +111,7 @@ test("the tracker follows a clip as the native one does", { timeout: SLOW_MS }, 
       },
       [shown, clip.camera],
     );
-    const native = await nativeTrack(join(folder, "native"), clip);
+    const native = await nativeTrack(clip);
     assert.equal(answers.verdict, "started");
     // The answer comes after the first frame was followed: its mesh is told with the second.
     assert.equal(answers.meshes[0], null);

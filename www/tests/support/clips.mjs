@@ -3,7 +3,7 @@
 import { readFile, readdir } from "node:fs/promises";
 import { join } from "node:path";
 
-import { MODEL, deepsft } from "./native.mjs";
+import { MODEL, made } from "./native.mjs";
 import { readNpy } from "./npy.mjs";
 import { sample } from "./pictures.mjs";
 import { decodePng } from "./png.mjs";
@@ -20,18 +20,14 @@ import { untar } from "./tar.mjs";
  * A clip, 480 x 270 pixels times `scale`, or 270 x 480 `upright`, 30 frames a second: of the poster, of a picture that is printed
  * `widthMm` wide, or of a `template`, a folder.
  *
- * @param {string} folder to write
  * @param {{ event: string, frames: number, seed: number, scale?: number, upright?: boolean, picture?: string, widthMm?: number, template?: string }} options
  * @returns {Promise<{ folder: string, camera: object, frames: ClipFrame[] }>}
  */
-export async function makeClip(folder, { event, frames, seed, scale = 1, upright = false, picture, widthMm, template }) {
-  const other = template ? ["--template", template] : ["--model", MODEL];
-  const object = picture ? ["--picture", picture, "--size-mm", String(widthMm)] : other;
+export async function makeClip({ event, frames, seed, scale = 1, upright = false, picture, widthMm, template }) {
+  const other = template ? ["--template", { input: template }] : ["--model", { input: MODEL }];
+  const object = picture ? ["--picture", { input: picture }, "--size-mm", String(widthMm)] : other;
   const [count, size] = [String(frames), String(scale)];
-  await deepsft(
-    "clip",
-    ...[...object, "--event", event, "--frames", count, "--scale", size, "--seed", String(seed), ...(upright ? ["--upright"] : []), "--out", folder],
-  );
+  const folder = await made("clip", ...object, "--event", event, "--frames", count, "--scale", size, "--seed", String(seed), ...(upright ? ["--upright"] : []));
   const truth = new Map();
   for (const shard of (await readdir(join(folder, "truth"))).filter((name) => name.endsWith(".tar")).sort()) {
     for (const [name, content] of untar(await readFile(join(folder, "truth", shard)))) truth.set(name, content);
@@ -90,16 +86,12 @@ function turned(points, angle) {
 /**
  * The native tracker on a clip, the network asked about the first frame and waited for.
  *
- * @param {string} folder to write
  * @param {{ folder: string, frames: ClipFrame[] }} clip
  * @returns {Promise<(Float32Array | null)[]>} the mesh in each frame, null where it is not found
  */
-export async function nativeTrack(folder, clip) {
+export async function nativeTrack(clip) {
   const count = clip.frames.length;
-  await deepsft(
-    "track",
-    ...["--model", MODEL, "--find-every", String(count), "--out", folder, clip.folder],
-  );
+  const folder = await made("track", "--model", { input: MODEL }, "--find-every", String(count), { input: clip.folder });
   const { shape, values } = await readNpy(join(folder, "vertices.npy"));
   if (shape[0] !== count) throw new Error(`vertices.npy has ${shape[0]} frames of ${count}`);
   const length = shape[1] * shape[2];
