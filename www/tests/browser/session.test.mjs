@@ -13,7 +13,7 @@ import { MODEL } from "../support/native.mjs";
 import { onPage } from "../support/page.mjs";
 
 const TEXTURE = join(MODEL, "template", "texture.png");
-const CYCLES = 50;
+const CYCLES = 25;
 
 let folder;
 let camera;

@@ -20,16 +20,16 @@ test("a soft toy is found and followed as a picture is", { timeout: SLOW_MS }, a
     const clip = await makeClip({ event: "motion", frames: FRAMES, seed: 9_000_001, scale: 2, template });
     await onPage({ webgpu: false }, async ({ page }) => {
       const seen = await page.evaluate(
-        async ({ pngs, camera }) => {
+        async ({ addresses, camera }) => {
           const sft = await deepsft.DeepSft.load();
           const toy = await sft.addTemplate("/models/soft-toy/template", { name: "toy" });
+          const pngs = await Promise.all(addresses.map(async (address) => (await fetch(address)).blob()));
           const meshes = pngs.map(() => null);
           let shown = 0;
           async function* frames() {
             // The finder works beside the tracker: the first frame stands still until it has answered.
             for (let number = 0; shown < pngs.length && number < 2000; number++) {
-              const png = Uint8Array.from(atob(pngs[shown]), (character) => character.charCodeAt(0));
-              const frame = await createImageBitmap(new Blob([png]));
+              const frame = await createImageBitmap(pngs[shown]);
               yield { frame, timeMs: 33 * number };
               frame.close();
               if (shown > 0 || meshes[0]) shown++;
@@ -44,7 +44,7 @@ test("a soft toy is found and followed as a picture is", { timeout: SLOW_MS }, a
           sft.close();
           return { meshes, kind, grade };
         },
-        { pngs: clip.frames.map(({ png }) => png.toString("base64")), camera: clip.camera },
+        { addresses: clip.frames.map(({ address }) => address), camera: clip.camera },
       );
       assert.deepEqual([seen.kind, seen.grade, seen.meshes.length], ["template", null, FRAMES]);
       const found = seen.meshes.flatMap((vertices, i) => (vertices ? [{ vertices, truth: clip.frames[i].vertices }] : []));

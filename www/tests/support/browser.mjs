@@ -182,8 +182,17 @@ export async function launchWithProfile(folder, { webgpu, camera, ...context }) 
   return chromium.launchPersistentContext(folder, { ...startOptions({ webgpu, camera }), ...context });
 }
 
+/** Pages of {@link openDemo} that have not finished. @type {WeakMap<object, Set<import("playwright-core").Page>>} */
+const unfinished = new WeakMap();
+
+/** Closes the pages that failed tests have left: they would follow their sheets beside the next. */
+async function closeUnfinished(browser) {
+  for (const page of unfinished.get(browser) ?? []) await page.close();
+  unfinished.set(browser, new Set());
+}
+
 /**
- * The demo page, at an origin of its own. Each request to another origin, each error on the console and each exception
+ * The demo page, at an origin of its own. One at a time in a browser. Each request to another origin, each error on the console and each exception
  * fails the test that calls `finish`.
  *
  * @param {import("playwright-core").Browser} browser
@@ -201,9 +210,11 @@ export async function openDemo(
   { device = DESKTOP, query = "", folders, path = "/", permissions = [], expectedErrors = [], prepare } = {},
 ) {
   const server = await serve({ folders });
+  await closeUnfinished(browser);
   const context = await contextOf(browser, device);
   if (permissions.length > 0) await context.grantPermissions(permissions, { origin: server.origin });
   const page = await context.newPage();
+  unfinished.get(browser)?.add(page);
   const requests = [];
   const problems = [];
   page.on("request", (request) => requests.push(request.url()));
@@ -226,6 +237,7 @@ export async function openDemo(
     async finish() {
       const foreign = requests.filter((url) => !/^(data|blob):/.test(url) && new URL(url).origin !== server.origin);
       await page.close();
+      unfinished.get(browser)?.delete(page);
       await server.close();
       assert.deepEqual(foreign, [], "requests that left the page's origin");
       assert.ok(requests.length > 5, "requests were watched");
