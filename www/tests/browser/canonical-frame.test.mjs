@@ -1,10 +1,7 @@
 // The canonical image as the browser crops and scales it: against the engine's warp, and what it spares the workers.
 
 import assert from "node:assert/strict";
-import { mkdtemp, rm } from "node:fs/promises";
-import { tmpdir } from "node:os";
-import { join } from "node:path";
-import { after, before, test } from "node:test";
+import { before, test } from "node:test";
 
 import { makeClip } from "../support/clips.mjs";
 import { median } from "../support/maps.mjs";
@@ -25,14 +22,11 @@ const SAME_PICTURE = { halved: 1, third: 4, shifted: 6, upright: 4, across: 1 };
 /** Root mean square, of 255: two ways from YUV to RGB round differently. */
 const SAME_COLOURS = 2;
 
-let folder;
 let clip;
 
 before(async () => {
-  folder = await mkdtemp(join(tmpdir(), "deepsft-canonical-"));
   clip = await makeClip({ event: "motion", frames: FRAMES, seed: SEED, scale: SCALE });
 }, { timeout: SLOW_MS });
-after(() => rm(folder, { recursive: true, force: true }));
 
 test("the browser's canonical image is the engine's warp to a few grey levels, black where the frame ends", { timeout: SLOW_MS }, (t) =>
   onPage({}, async ({ page }) => {
