@@ -77,6 +77,11 @@ export async function launch(options = {}) {
     lent.delete(key);
     throw error;
   });
+  if (!contexts.has(browser)) {
+    contexts.set(browser, new Map());
+    // One that has crashed is lent no more.
+    browser.on("disconnected", () => lent.get(key) === entry && lent.delete(key));
+  }
   const end = browser.constructor.prototype.close;
   browser.close = async () => {
     if (--entry.users > 0) return;
@@ -125,7 +130,6 @@ const sharedContexts = (browser) => new Map([...(contexts.get(browser)?.values()
  */
 export async function contextOf(browser, device) {
   const key = JSON.stringify(device);
-  if (!contexts.has(browser)) contexts.set(browser, new Map());
   const ofBrowser = contexts.get(browser);
   if (!ofBrowser.has(key)) {
     const context = await browser.newContext(device);
