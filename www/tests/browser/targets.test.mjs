@@ -17,7 +17,8 @@ import { PRINTS, thereAndBack, twoPrints } from "../support/two-prints.mjs";
 import { y4m } from "../support/y4m.mjs";
 
 const FRAMES = 30;
-/** Grey frames at the end of the film, which goes there and back. */
+/** How often the film goes there and back, and the grey frames at its end. */
+const TURNS = 2;
 const COVERED = 12;
 /** A fifth of the rate that the clips are rendered for, as in tracking.test.mjs. */
 const CAMERA_FPS = 6;
@@ -34,7 +35,7 @@ before(
     ({ shown, camera, pngs } = await twoPrints(folder, FRAMES));
     const { width, height } = camera;
     const grey = Array.from({ length: COVERED }, () => ({ width, height, rgb: new Uint8Array(3 * width * height).fill(110) }));
-    const film = [...thereAndBack(shown), ...grey];
+    const film = [...Array.from({ length: TURNS }, () => thereAndBack(shown)).flat(), ...grey];
     film.forEach((picture, i) => stamp(picture, i));
     cameraFile = join(folder, "camera.y4m");
     await writeFile(cameraFile, y4m(film, CAMERA_FPS));
@@ -45,7 +46,9 @@ after(() => rm(folder, { recursive: true, force: true }));
 
 /** The truth of a frame of the film: the meshes of left and right; null while covered. */
 function truthOf(film) {
-  return film < 2 * FRAMES ? shown[film < FRAMES ? film : 2 * FRAMES - 1 - film].vertices : null;
+  if (film >= 2 * FRAMES * TURNS) return null;
+  const along = film % (2 * FRAMES);
+  return shown[along < FRAMES ? along : 2 * FRAMES - 1 - along].vertices;
 }
 
 /** Opens an empty page with `sft`, an engine with or without a model, and `pictures`, the prints or others as Blobs. */
