@@ -141,11 +141,7 @@ try {
   const film = join(folder, "camera.y4m");
   await writeFile(film, y4m(thereAndBack(shown), CAMERA_FPS));
   const load = [loadavg()[0]];
-  const prepare = async (context) => {
-    await context.grantPermissions(["camera"]);
-    await inWorker(KEEP_MEMORY)(context);
-  };
-  await onPage({ webgpu: false, camera: film, prepare }, async ({ page }) => {
+  await onPage({ webgpu: false, camera: film, permissions: ["camera"], prepare: inWorker(KEEP_MEMORY) }, async ({ page }) => {
     await page.evaluate(share);
     const poster = await readFile(join(ROOT, "models", "poster-a4", "template", "texture.png"), "base64");
     const adding = await page.evaluate(measureAdding, [poster, pngs[0], ADDED]);

@@ -56,7 +56,7 @@ for (const [deviceName, device] of Object.entries({ desktop: DESKTOP, phone: PHO
     test(`${name}, ${deviceName}, light and dark: nothing serious`, { timeout: SLOW_MS }, async () => {
       const demo = await openDemo(browser, { device, path });
       await assertAccessible(demo, `${name}-${deviceName}`);
-      await demo.context.close();
+      await demo.page.close();
     });
   }
   for (const [screen, go] of Object.entries(SCREENS)) {

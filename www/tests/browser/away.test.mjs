@@ -24,7 +24,7 @@ let camera;
 
 before(async () => {
   folder = await mkdtemp(join(tmpdir(), "deepsft-away-"));
-  const { frames } = await makeClip(join(folder, "clip"), { event: "still", frames: 1, seed: SEED });
+  const { frames } = await makeClip({ event: "still", frames: 1, seed: SEED });
   camera = join(folder, "camera.y4m");
   await writeFile(camera, y4m([frames[0].picture, frames[0].picture], 30));
 }, { timeout: SLOW_MS });

@@ -1,10 +1,7 @@
 // The canonical image as the browser crops and scales it: against the engine's warp, and what it spares the workers.
 
 import assert from "node:assert/strict";
-import { mkdtemp, rm } from "node:fs/promises";
-import { tmpdir } from "node:os";
-import { join } from "node:path";
-import { after, before, test } from "node:test";
+import { before, test } from "node:test";
 
 import { makeClip } from "../support/clips.mjs";
 import { median } from "../support/maps.mjs";
@@ -25,22 +22,19 @@ const SAME_PICTURE = { halved: 1, third: 4, shifted: 6, upright: 4, across: 1 };
 /** Root mean square, of 255: two ways from YUV to RGB round differently. */
 const SAME_COLOURS = 2;
 
-let folder;
 let clip;
 
 before(async () => {
-  folder = await mkdtemp(join(tmpdir(), "deepsft-canonical-"));
-  clip = await makeClip(join(folder, "clip"), { event: "motion", frames: FRAMES, seed: SEED, scale: SCALE });
+  clip = await makeClip({ event: "motion", frames: FRAMES, seed: SEED, scale: SCALE });
 }, { timeout: SLOW_MS });
-after(() => rm(folder, { recursive: true, force: true }));
 
 test("the browser's canonical image is the engine's warp to a few grey levels, black where the frame ends", { timeout: SLOW_MS }, (t) =>
   onPage({}, async ({ page }) => {
-    const found = await page.evaluate(async ([png, cameraOfClip]) => {
+    const found = await page.evaluate(async ([address, cameraOfClip]) => {
       const { canonicalFrame } = await import("/src/frames/canonical-frame.js");
       const { cameraForImage } = await import("/src/camera/intrinsics.js");
       const sft = await deepsft.DeepSft.load("/models/poster-a4/", { device: "cpu" });
-      const whole = await createImageBitmap(new Blob([Uint8Array.from(atob(png), (c) => c.charCodeAt(0))]));
+      const whole = await createImageBitmap(await (await fetch(address)).blob());
       const half = await createImageBitmap(whole, { resizeWidth: 960, resizeHeight: 540, resizeQuality: "high" });
       const { fx } = cameraOfClip;
       const cases = {
@@ -77,7 +71,7 @@ test("the browser's canonical image is the engine's warp to a few grey levels, b
       measured.little = canonicalFrame(little, cameraForImage(cameraOfClip, 480, 270));
       sft.close();
       return measured;
-    }, [clip.frames[0].png.toString("base64"), clip.camera]);
+    }, [clip.frames[0].address, clip.camera]);
     t.diagnostic(JSON.stringify(found));
     for (const [name, most] of Object.entries(SAME_PICTURE)) {
       for (const { size, rms } of found[name]) {
@@ -93,7 +87,7 @@ test("the browser's canonical image is the engine's warp to a few grey levels, b
 
 test("the tracker follows the browser's canonical image as it follows the whole frame", { timeout: SLOW_MS }, (t) =>
   onPage({}, async ({ page }) => {
-    const runs = await page.evaluate(async ([pngs, camera]) => {
+    const runs = await page.evaluate(async ([addresses, camera]) => {
       const [{ TrackerWorker }, { compileEngine }, { fetchBundle }, { cameraForImage, intrinsicsOf }, { canonicalFrame, canonicalIntrinsics }] =
         await Promise.all(
           ["tracking/tracker-worker", "engine/engine-worker", "engine/bundle", "camera/intrinsics", "frames/canonical-frame"].map(
@@ -103,7 +97,7 @@ test("the tracker follows the browser's canonical image as it follows the whole 
       const sft = await deepsft.DeepSft.load("/models/poster-a4/", { device: "cpu" });
       const module = await compileEngine(new URL("/pkg/deepsft_web_bg.wasm", location.href));
       const files = await fetchBundle(new URL("/models/poster-a4/", location.href));
-      const bitmaps = await Promise.all(pngs.map((png) => createImageBitmap(new Blob([Uint8Array.from(atob(png), (c) => c.charCodeAt(0))]))));
+      const bitmaps = await Promise.all(addresses.map(async (address) => createImageBitmap(await (await fetch(address)).blob())));
       const sourced = cameraForImage(camera, camera.width, camera.height);
       const { vertices } = await (await sft.estimate(bitmaps[0], { camera })).completeMesh();
       const run = async (isCanonical) => {
@@ -126,7 +120,7 @@ test("the tracker follows the browser's canonical image as it follows the whole 
       const both = [await run(false), await run(true)];
       sft.close();
       return both;
-    }, [clip.frames.map(({ png }) => png.toString("base64")), clip.camera]);
+    }, [clip.frames.map(({ address }) => address), clip.camera]);
     const [whole, canonical] = runs;
     assert.equal(whole.meshes.length, FRAMES - 1);
     const distances = whole.meshes.map((mesh, i) => meshDistance(canonical.meshes[i], mesh));

@@ -35,7 +35,7 @@ let frames;
 let cameraFile;
 before(async () => {
   folder = await mkdtemp(join(tmpdir(), "deepsft-fisheye-"));
-  const clip = await makeClip(join(folder, "clip"), { event: "still", frames: FRAMES, seed: SEED, scale: 2 });
+  const clip = await makeClip({ event: "still", frames: FRAMES, seed: SEED, scale: 2 });
   frames = clip.frames.map(({ picture, vertices }) => ({ picture: throughFisheye(picture, clip.camera, CAMERA), vertices }));
   cameraFile = join(folder, "camera.y4m");
   await writeFile(cameraFile, y4m(frames.map(({ picture }) => picture), 10));
@@ -148,7 +148,7 @@ test("an image of a fisheye is measured, and what the page draws lies on the she
 });
 
 test("a sheet is followed through a fisheye", { timeout: SLOW_MS }, (t) =>
-  onPage({ webgpu: false, camera: cameraFile, prepare: (context) => context.grantPermissions(["camera"]) }, async ({ page }) => {
+  onPage({ webgpu: false, camera: cameraFile, permissions: ["camera"] }, async ({ page }) => {
     const seen = await page.evaluate(async (camera) => {
       const video = document.createElement("video");
       document.body.append(video);

@@ -8,9 +8,8 @@ import { join } from "node:path";
 import { after, afterEach, before, beforeEach, test } from "node:test";
 
 import { WWW, serve } from "../../serve.mjs";
-import { SLOW_MS, launch } from "../support/browser.mjs";
+import { BLANK, SLOW_MS, contextOf, launch } from "../support/browser.mjs";
 import { MODEL } from "../support/native.mjs";
-import { BLANK } from "../support/page.mjs";
 
 const FILES = ["template/template.json", "template/texture.png", "weights.bpk"];
 
@@ -27,16 +26,10 @@ beforeEach(async () => {
   folder = await mkdtemp(join(tmpdir(), "deepsft-kept-"));
   for (const name of ["model.json", ...FILES]) await cp(join(MODEL, name), join(folder, name));
   server = await serve({ folders: { "/model/": folder, "/": WWW } });
-  context = await browser.newContext();
-  context.setDefaultTimeout(SLOW_MS);
+  context = await contextOf(browser, {});
   asked = [];
-  context.on("request", (request) => {
-    const [, name] = new URL(request.url()).pathname.split("/model/");
-    if (name) asked.push(name);
-  });
 });
 afterEach(async () => {
-  await context.close();
   await server.close();
   await rm(folder, { recursive: true, force: true });
 });
@@ -51,6 +44,10 @@ afterEach(async () => {
 async function visit(options = {}, prepare = () => undefined) {
   asked.length = 0;
   const page = await context.newPage();
+  page.on("request", (request) => {
+    const [, name] = new URL(request.url()).pathname.split("/model/");
+    if (name) asked.push(name);
+  });
   await page.addInitScript(prepare);
   await page.goto(server.origin + BLANK);
   const seen = await page.evaluate(async (options) => {

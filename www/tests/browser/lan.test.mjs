@@ -24,7 +24,7 @@ test("by the network's address the camera opens, the sheet is found, and nothing
   let said = "";
   server.stdout.on("data", (chunk) => (said += chunk));
   try {
-    const { frames } = await makeClip(join(folder, "clip"), { event: "still", frames: 1, seed: SEED, upright: true });
+    const { frames } = await makeClip({ event: "still", frames: 1, seed: SEED, upright: true });
     const camera = join(folder, "camera.y4m");
     await writeFile(camera, y4m([frames[0].picture, frames[0].picture], 10));
     while (!said.includes("everybody")) await once(server.stdout, "data");

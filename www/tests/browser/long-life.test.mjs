@@ -21,7 +21,7 @@ const SETTLED_FRAMES = 80;
 const FRAMES = 120;
 /** What is done with the package before it is measured, and how often more. */
 const WARM_UP = 3;
-const TIMES = { trackings: 6, targets: 20, images: 40 };
+const TIMES = { trackings: 6, targets: 10, images: 15 };
 
 /**
  * By so much what a page holds may grow meanwhile: code is still being compiled, and memory of WebAssembly comes in pages of 64 KB and never

@@ -28,7 +28,7 @@ let clip;
 let picture;
 before(async () => {
   folder = await mkdtemp(join(tmpdir(), "deepsft-photograph-"));
-  clip = await makeClip(join(folder, "clip"), { event: "still", frames: 1, seed: SEED, scale: 2 });
+  clip = await makeClip({ event: "still", frames: 1, seed: SEED, scale: 2 });
   picture = cut(clip.frames[0].picture, SIZE);
 }, { timeout: SLOW_MS });
 after(() => rm(folder, { recursive: true, force: true }));

@@ -77,14 +77,14 @@ test(
     withDemo(
       { camera: cameraFile },
       { query: "?device=cpu", permissions: ["camera"] },
-      async ({ page, context, screenshot }) => {
+      async ({ page, context, origin, screenshot }) => {
         await page.click("#use-camera");
         await page.waitForSelector('#state[data-state="missing"]');
         // Withdrawing the permission ends the track as unplugging does.
         await context.clearPermissions();
         assert.equal((await messageOf(page)).code, "camera-lost");
         await screenshot("desktop-camera-lost");
-        await context.grantPermissions(["camera"]);
+        await context.grantPermissions(["camera"], { origin });
         await page.click("#message-remedies button >> text=Try again");
         await page.waitForSelector('#state[data-state="missing"]');
       },

@@ -33,7 +33,7 @@ before(
     folder = await mkdtemp(join(tmpdir(), "deepsft-scan-"));
     const picture = join(folder, "print.png");
     await writeFile(picture, encodePng(PRINT));
-    const { frames } = await makeClip(join(folder, "clip"), { event: "still", frames: 4, seed: CLIP_SEED, scale: 2, picture, widthMm: WIDTH_MM });
+    const { frames } = await makeClip({ event: "still", frames: 4, seed: CLIP_SEED, scale: 2, picture, widthMm: WIDTH_MM });
     truth = frames[0].vertices;
     cameraFile = join(folder, "camera.y4m");
     await writeFile(cameraFile, y4m(frames.map((frame) => frame.picture), 4)); // prettier-ignore
@@ -55,6 +55,11 @@ test("a bent sheet is laid flat with its size and its picture; what has a volume
   onPage({}, async ({ page }) => {
     const files = (given) => given.map(({ name, buffer }) => [name, buffer.toString("base64")]);
     await page.evaluate(() => {
+      globalThis.base64Of = (bytes) => {
+        let text = "";
+        for (let at = 0; at < bytes.length; at += 32_768) text += String.fromCharCode(...bytes.subarray(at, at + 32_768));
+        return btoa(text);
+      };
       globalThis.filesOf = (given) => new Map(given.map(([name, base64]) => [name, Uint8Array.from(atob(base64), (c) => c.charCodeAt(0))]));
     });
     const scans = await page.evaluate(
@@ -63,7 +68,7 @@ test("a bent sheet is laid flat with its size and its picture; what has a volume
         const read = async (given, options) => {
           const scan = await sft.readScan(filesOf(given), options);
           const { sheet } = scan;
-          return { ...scan, sizeMm: scan.sizeMm, vertices: scan.vertices.length, mesh: scan.mesh.faces.length, normals: null, texture: null, sheet: sheet && { ...sheet, picture: [sheet.picture.width, sheet.picture.height, [...sheet.picture.data]] } };
+          return { ...scan, sizeMm: scan.sizeMm, vertices: scan.vertices.length, mesh: scan.mesh.faces.length, normals: null, texture: null, sheet: sheet && { ...sheet, picture: [sheet.picture.width, sheet.picture.height, base64Of(sheet.picture.data)] } };
         };
         return [await read(glb), await read(obj, { mmPerUnit: 10 }), await read(volume)];
       },
@@ -74,12 +79,14 @@ test("a bent sheet is laid flat with its size and its picture; what has a volume
       assert.ok(Math.abs(sheet.widthMm - WIDTH_MM) < SIZE_MM && Math.abs(sheet.heightMm - HEIGHT_MM) < SIZE_MM, `${name}: ${sheet.widthMm} x ${sheet.heightMm}`);
       // As it stands: a chord of 106 degrees, and its depth.
       assert.ok(Math.abs(sizeMm[0] - 2 * 80 * Math.sin(0.925)) < 0.1 && Math.abs(sizeMm[2] - 80 * (1 - Math.cos(0.925))) < 0.1, `${sizeMm}`);
-      const [width, height, rgba] = sheet.picture;
+      const [width, height, base64] = sheet.picture;
+      const rgba = Buffer.from(base64, "base64");
       let same = 0;
       for (let y = 0; y < height; y++)
         for (let x = 0; x < width; x++) {
           const from = 3 * (Math.floor(((y + 0.5) / height) * PRINT.height) * PRINT.width + Math.floor(((x + 0.5) / width) * PRINT.width));
-          if ([0, 1, 2].every((k) => Math.abs(rgba[4 * (y * width + x) + k] - PRINT.values[from + k]) < 40)) same++;
+          const at = 4 * (y * width + x);
+          if ([0, 1, 2].every((k) => Math.abs(rgba[at + k] - PRINT.values[from + k]) < 40)) same++;
         }
       assert.ok(same > 0.9 * width * height, `${name}: ${same / (width * height)} of the flat picture is the print's`);
     }

@@ -26,7 +26,7 @@ let cameraFile;
 
 before(async () => {
   folder = await mkdtemp(join(tmpdir(), "deepsft-self-calibration-"));
-  const clip = await makeClip(join(folder, "clip"), { event: "motion", frames: FRAMES, seed: SEED, scale: 2 });
+  const clip = await makeClip({ event: "motion", frames: FRAMES, seed: SEED, scale: 2 });
   focal = clip.camera.fx;
   cameraFile = join(folder, "camera.y4m");
   await writeFile(cameraFile, y4m(clip.frames.map(({ picture }) => cut(picture, SIZE)), FRAMES_PER_SECOND));

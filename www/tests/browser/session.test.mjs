@@ -13,7 +13,7 @@ import { MODEL } from "../support/native.mjs";
 import { onPage } from "../support/page.mjs";
 
 const TEXTURE = join(MODEL, "template", "texture.png");
-const CYCLES = 50;
+const CYCLES = 25;
 
 let folder;
 let camera;
@@ -26,7 +26,7 @@ before(
 );
 after(() => rm(folder, { recursive: true, force: true }));
 
-const prepare = (context) => context.grantPermissions(["camera"]);
+const permissions = ["camera"];
 
 for (const kind of ["canvas", "ImageBitmap", "VideoFrame"]) {
   test(`frames of one's own are followed: ${kind}`, { timeout: SLOW_MS }, () =>
@@ -61,7 +61,7 @@ for (const kind of ["canvas", "ImageBitmap", "VideoFrame"]) {
 }
 
 test("components that come and go leave no camera, worker or listener behind, also where they go at once", { timeout: SLOW_MS }, () =>
-  onPage({ webgpu: false, camera, prepare }, async ({ page }) => {
+  onPage({ webgpu: false, camera, permissions }, async ({ page }) => {
     await page.evaluate(async (cycles) => {
       const tracks = [];
       const { getUserMedia } = navigator.mediaDevices;
@@ -106,7 +106,7 @@ test("components that come and go leave no camera, worker or listener behind, al
 );
 
 test("the program of the README runs as it stands", { timeout: SLOW_MS }, () =>
-  onPage({ webgpu: false, camera, prepare }, async ({ page, origin }) => {
+  onPage({ webgpu: false, camera, permissions }, async ({ page, origin }) => {
     const [, program] = /```js\n(import \{ DeepSft, measureSheet[^]*?)```/.exec(await readFile(join(WWW, "README.md"), "utf8"));
     assert.ok(program.trim().split("\n").length <= 12);
     const texture = await readFile(TEXTURE);

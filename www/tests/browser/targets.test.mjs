@@ -143,8 +143,7 @@ test(
   "of three pictures before a camera two are followed at once, lost when they are covered, found again, and removed",
   { timeout: SLOW_MS },
   async (t) => {
-    const prepare = (context) => context.grantPermissions(["camera"]);
-    await withPictures({ camera: cameraFile, prepare }, async ({ page }) => {
+    await withPictures({ camera: cameraFile, permissions: ["camera"] }, async ({ page }) => {
       await page.evaluate(
         async ([prints, camera, points]) => {
           const targets = [];
@@ -250,11 +249,7 @@ test(
 );
 
 test("beside a model on WebGPU pictures are followed, also after the GPU was lost", { timeout: SLOW_MS }, async () => {
-  const prepare = async (context) => {
-    await context.grantPermissions(["camera"]);
-    await inWorker(REAL_GPU)(context);
-  };
-  await withPictures({ model: "/models/poster-a4/", camera: cameraFile, prepare }, async ({ page }) => {
+  await withPictures({ model: "/models/poster-a4/", camera: cameraFile, permissions: ["camera"], prepare: inWorker(REAL_GPU) }, async ({ page }) => {
     await page.evaluate(
       async ([prints, camera]) => {
         Object.assign(globalThis, { targets: [], answers: [], numbers: [] });
@@ -319,11 +314,7 @@ test("beside a model on WebGPU pictures are followed, also after the GPU was los
 test("sixteen pictures at once: one is found, and their memory is used again when all are gone", { timeout: SLOW_MS }, async (t) => {
   const others = Array.from({ length: 15 }, (_, i) => encodePng(makePrint({ width: 360, height: 270, seed: 40 + i })).toString("base64"));
   const files = [pngs[0], ...others];
-  const prepare = async (context) => {
-    await context.grantPermissions(["camera"]);
-    await inWorker(KEEP_MEMORY)(context);
-  };
-  await withPictures({ files, camera: cameraFile, prepare }, async ({ page }) => {
+  await withPictures({ files, camera: cameraFile, permissions: ["camera"], prepare: inWorker(KEEP_MEMORY) }, async ({ page }) => {
     const engineMb = async () => (await wasmBytes(page))[0] / 1e6;
     const used = { empty: await engineMb(), full: [] };
     for (let round = 0; round < 3; round++) {

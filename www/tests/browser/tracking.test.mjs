@@ -46,7 +46,7 @@ let cameraFile;
 before(
   async () => {
     folder = await mkdtemp(join(tmpdir(), "deepsft-tracking-"));
-    clip = await makeClip(join(folder, "clip"), { event: "motion", frames: FRAMES, seed: SEED });
+    clip = await makeClip({ event: "motion", frames: FRAMES, seed: SEED });
     cameraFile = join(folder, "camera.y4m");
     const pictures = clip.frames.map(({ picture }) => ({ ...picture, rgb: Uint8Array.from(picture.rgb) }));
     const [{ width, height }] = pictures;
@@ -68,12 +68,12 @@ function clipFrame(film) {
 }
 
 test("the tracker follows a clip as the native one does", { timeout: SLOW_MS }, async (t) => {
-  const browser = await launch();
+  const browser = await launch({ webgpu: false });
   try {
     const demo = await openDemo(browser);
-    const shown = clip.frames.map(({ png }) => png.toString("base64"));
+    const shown = clip.frames.map(({ address }) => address);
     const answers = await demo.page.evaluate(
-      async ([pngs, camera]) => {
+      async ([addresses, camera]) => {
         const [{ DeepSft }, { TrackerWorker }, { compileEngine }, { fetchBundle }, { cameraForFrame, intrinsicsOf }] =
           await Promise.all(
             ["index", "tracking/tracker-worker", "engine/engine-worker", "engine/bundle", "camera/intrinsics"].map(
@@ -89,8 +89,8 @@ test("the tracker follows a clip as the native one does", { timeout: SLOW_MS }, 
         const meshes = [];
         const times = [];
         let verdict = null;
-        for (const [i, png] of pngs.entries()) {
-          const frame = await createImageBitmap(new Blob([Uint8Array.from(atob(png), (c) => c.charCodeAt(0))]));
+        for (const [i, address] of addresses.entries()) {
+          const frame = await createImageBitmap(await (await fetch(address)).blob());
           const intrinsics = intrinsicsOf(cameraForFrame(camera, { frame, width: frame.width, height: frame.height }));
           const estimate = i === 0 ? await sft.estimate(frame, { camera }) : null;
           const question = i === 0 ? { ids: [0], onlyConfirms: false } : null;
@@ -111,7 +111,7 @@ test("the tracker follows a clip as the native one does", { timeout: SLOW_MS }, 
       },
       [shown, clip.camera],
     );
-    const native = await nativeTrack(join(folder, "native"), clip);
+    const native = await nativeTrack(clip);
     assert.equal(answers.verdict, "started");
     // The answer comes after the first frame was followed: its mesh is told with the second.
     assert.equal(answers.meshes[0], null);
@@ -157,7 +157,7 @@ test(
   "before a camera it follows the clip beside the page, loses it when it is covered and finds it again",
   { timeout: SLOW_MS },
   async (t) => {
-    const browser = await launch({ camera: cameraFile });
+    const browser = await launch({ webgpu: false, camera: cameraFile });
     try {
       // A small page: on this machine the processor draws it too.
       const size = { viewport: { width: 480, height: 400 } };
@@ -232,9 +232,16 @@ function scaled(vertices) {
   return vertices.map((value, i) => (i % 3 === 2 ? (value * 380) / (0.79 * 480) : value));
 }
 
+/** Waits until two more frames have been tracked, and drawn. */
+const hasDrawn = (page) =>
+  page.evaluate(async () => {
+    for (let i = 0; i < 2; i++) await new Promise((resolve) => document.addEventListener("deepsft-tracked", resolve, { once: true }));
+    await new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve)));
+  });
+
 for (const [name, device] of Object.entries({ desktop: DESKTOP, phone: PHONE })) {
   test(`every overlay is drawn from the tracked mesh, on a ${name}`, { timeout: SLOW_MS }, async () => {
-    const browser = await launch();
+    const browser = await launch({ webgpu: false });
     try {
       const demo = await openDemo(browser, { device, query: "?device=cpu" });
       const { page } = demo;
@@ -246,7 +253,7 @@ for (const [name, device] of Object.entries({ desktop: DESKTOP, phone: PHONE }))
       for (const overlay of ["paper", "object", "shaded", "mesh", "depth", "mask", "plain"]) {
         await page.click(`[data-overlay="${overlay}"]`);
         await page.waitForSelector(`[data-overlay="${overlay}"][aria-checked="true"]`);
-        await page.waitForTimeout(700);
+        await hasDrawn(page);
         await page.waitForSelector('#live[data-mesh="true"]');
         await demo.screenshot(`${name}-track-${overlay}`);
       }
@@ -263,7 +270,7 @@ for (const [name, device] of Object.entries({ desktop: DESKTOP, phone: PHONE }))
 }
 
 test("graphics contexts that are taken away and given back are drawn on again", { timeout: SLOW_MS }, async () => {
-  const browser = await launch();
+  const browser = await launch({ webgpu: false });
   try {
     const demo = await openDemo(browser, { device: DESKTOP, query: "?device=cpu" });
     const { page } = demo;
@@ -288,7 +295,7 @@ test("graphics contexts that are taken away and given back are drawn on again", 
     assert.equal(await page.getAttribute('#overlays [data-overlay="shaded"]', "aria-checked"), "true");
     await page.focus("#orbit");
     await page.keyboard.press("ArrowLeft");
-    await page.waitForTimeout(700);
+    await hasDrawn(page);
     await demo.screenshot("desktop-track-restored");
     await demo.finish();
   } finally {

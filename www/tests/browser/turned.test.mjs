@@ -2,10 +2,7 @@
 // The frames are a canvas's stream in place of the camera's, which no browser turns under test.
 
 import assert from "node:assert/strict";
-import { mkdtemp, rm } from "node:fs/promises";
-import { tmpdir } from "node:os";
-import { join } from "node:path";
-import { after, before, test } from "node:test";
+import { before, test } from "node:test";
 
 import { PHONE, SLOW_MS, launch, openDemo } from "../support/browser.mjs";
 import { makeClip } from "../support/clips.mjs";
@@ -21,17 +18,14 @@ const CLIPS = {
 const MAX_PX = 1;
 const FRAMES_WATCHED = 15;
 
-let folder;
 const clips = {};
 
 before(async () => {
-  folder = await mkdtemp(join(tmpdir(), "deepsft-turned-"));
   for (const [name, { seed, upright }] of Object.entries(CLIPS)) {
-    const { frames } = await makeClip(join(folder, name), { event: "still", frames: 1, seed, upright });
+    const { frames } = await makeClip({ event: "still", frames: 1, seed, upright });
     clips[name] = { png: frames[0].png.toString("base64"), vertices: frames[0].vertices };
   }
 }, { timeout: SLOW_MS });
-after(() => rm(folder, { recursive: true, force: true }));
 
 /** The size that a camera delivers: 640 x 360, or upright 360 x 640. */
 const sizeOf = (name) => (CLIPS[name].upright ? { width: 360, height: 640 } : { width: 640, height: 360 });

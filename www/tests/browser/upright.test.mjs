@@ -32,7 +32,7 @@ let cameraFile;
 
 before(async () => {
   folder = await mkdtemp(join(tmpdir(), "deepsft-upright-"));
-  clip = await makeClip(join(folder, "clip"), { event: "still", frames: FRAMES, seed: SEED, scale: 2, upright: true });
+  clip = await makeClip({ event: "still", frames: FRAMES, seed: SEED, scale: 2, upright: true });
   cameraFile = join(folder, "camera.y4m");
   await writeFile(cameraFile, y4m(clip.frames.map(({ picture }) => picture), 10));
 }, { timeout: SLOW_MS });

@@ -61,7 +61,7 @@ before(
   async () => {
     folder = await mkdtemp(join(tmpdir(), "deepsft-engines-"));
     const { event, seed } = CLIP;
-    const clip = await makeClip(join(folder, "clip"), { event, seed, frames: CLIP.frame + 1 });
+    const clip = await makeClip({ event, seed, frames: CLIP.frame + 1 });
     ({ vertices: clipTruth, png: clipPng } = clip.frames[CLIP.frame]);
     [frame] = await unseenFrames(join(folder), 1);
     frame.file = join(folder, "frame.png");
@@ -69,7 +69,7 @@ before(
     print = join(folder, "print.png");
     await writeFile(print, encodePng(makePrint(PRINT)));
     const still = { event: "still", frames: 1, seed: 970_042, scale: 2, picture: print, widthMm: WIDTH_MM };
-    const photographed = await makeClip(join(folder, "photographed"), still);
+    const photographed = await makeClip(still);
     ({ vertices: printTruth, png: printPng } = photographed.frames[0]);
     server = await serve();
     obstacles = await makeObstacles(folder);

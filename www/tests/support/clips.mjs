@@ -1,17 +1,19 @@
 // Synthetic clips with their truth, and what the native tracker says of them.
 
 import { readFile, readdir } from "node:fs/promises";
-import { join } from "node:path";
+import { join, relative, sep } from "node:path";
 
-import { MODEL, deepsft } from "./native.mjs";
+import { MODEL, made } from "./native.mjs";
 import { readNpy } from "./npy.mjs";
 import { sample } from "./pictures.mjs";
 import { decodePng } from "./png.mjs";
 import { untar } from "./tar.mjs";
+import { WWW } from "../../serve.mjs";
 
 /**
  * @typedef {object} ClipFrame
  * @property {Buffer} png
+ * @property {string} address of the PNG on the development server: a page has it from there in a tenth of the time that it takes to hand it over
  * @property {{ width: number, height: number, rgb: Uint8Array }} picture
  * @property {Float32Array} vertices the true mesh, (x, y, z) each, camera frame, mm
  */
@@ -20,18 +22,14 @@ import { untar } from "./tar.mjs";
  * A clip, 480 x 270 pixels times `scale`, or 270 x 480 `upright`, 30 frames a second: of the poster, of a picture that is printed
  * `widthMm` wide, or of a `template`, a folder.
  *
- * @param {string} folder to write
  * @param {{ event: string, frames: number, seed: number, scale?: number, upright?: boolean, picture?: string, widthMm?: number, template?: string }} options
  * @returns {Promise<{ folder: string, camera: object, frames: ClipFrame[] }>}
  */
-export async function makeClip(folder, { event, frames, seed, scale = 1, upright = false, picture, widthMm, template }) {
-  const other = template ? ["--template", template] : ["--model", MODEL];
-  const object = picture ? ["--picture", picture, "--size-mm", String(widthMm)] : other;
+export async function makeClip({ event, frames, seed, scale = 1, upright = false, picture, widthMm, template }) {
+  const other = template ? ["--template", { input: template }] : ["--model", { input: MODEL }];
+  const object = picture ? ["--picture", { input: picture }, "--size-mm", String(widthMm)] : other;
   const [count, size] = [String(frames), String(scale)];
-  await deepsft(
-    "clip",
-    ...[...object, "--event", event, "--frames", count, "--scale", size, "--seed", String(seed), ...(upright ? ["--upright"] : []), "--out", folder],
-  );
+  const folder = await made("clip", ...object, "--event", event, "--frames", count, "--scale", size, "--seed", String(seed), ...(upright ? ["--upright"] : []));
   const truth = new Map();
   for (const shard of (await readdir(join(folder, "truth"))).filter((name) => name.endsWith(".tar")).sort()) {
     for (const [name, content] of untar(await readFile(join(folder, "truth", shard)))) truth.set(name, content);
@@ -40,10 +38,11 @@ export async function makeClip(folder, { event, frames, seed, scale = 1, upright
   const images = (await readdir(folder)).filter((name) => name.endsWith(".png")).sort();
   if (records.length !== frames || images.length !== frames) throw new Error(`${folder} has not ${frames} frames`);
   const read = async (image, i) => {
-    const png = await readFile(join(folder, image));
+    const path = join(folder, image);
+    const png = await readFile(path);
     const { width, height, values } = decodePng(png);
     const { vertices_camera: vertices } = JSON.parse(truth.get(records[i]).toString("utf8"));
-    return { png, picture: { width, height, rgb: values }, vertices: Float32Array.from(vertices.flat()) };
+    return { png, address: `/${relative(WWW, path).replaceAll(sep, "/")}`, picture: { width, height, rgb: values }, vertices: Float32Array.from(vertices.flat()) };
   };
   const camera = JSON.parse(await readFile(join(folder, "camera.json"), "utf8"));
   return { folder, camera, frames: await Promise.all(images.map(read)) };
@@ -90,16 +89,12 @@ function turned(points, angle) {
 /**
  * The native tracker on a clip, the network asked about the first frame and waited for.
  *
- * @param {string} folder to write
  * @param {{ folder: string, frames: ClipFrame[] }} clip
  * @returns {Promise<(Float32Array | null)[]>} the mesh in each frame, null where it is not found
  */
-export async function nativeTrack(folder, clip) {
+export async function nativeTrack(clip) {
   const count = clip.frames.length;
-  await deepsft(
-    "track",
-    ...["--model", MODEL, "--find-every", String(count), "--out", folder, clip.folder],
-  );
+  const folder = await made("track", "--model", { input: MODEL }, "--find-every", String(count), { input: clip.folder });
   const { shape, values } = await readNpy(join(folder, "vertices.npy"));
   if (shape[0] !== count) throw new Error(`vertices.npy has ${shape[0]} frames of ${count}`);
   const length = shape[1] * shape[2];

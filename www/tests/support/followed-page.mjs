@@ -36,7 +36,7 @@ const SCALE = 2;
 export async function posterFilm(folder, events, frames, perSecond) {
   const pictures = [];
   for (const [i, event] of events.entries()) {
-    const clip = await makeClip(join(folder, event), { event, frames, seed: SEED + i, scale: SCALE });
+    const clip = await makeClip({ event, frames, seed: SEED + i, scale: SCALE });
     pictures.push(...clip.frames.map(({ picture }) => picture));
   }
   const film = join(folder, "camera.y4m");

@@ -2,18 +2,20 @@
 // same pictures.
 
 import { execFile } from "node:child_process";
+import { createHash } from "node:crypto";
 import { existsSync } from "node:fs";
-import { mkdir, readFile, readdir, writeFile } from "node:fs/promises";
+import { mkdir, mkdtemp, readFile, readdir, rename, rm, stat, utimes, writeFile } from "node:fs/promises";
 import { join } from "node:path";
 import { promisify } from "node:util";
 
 import { glbPositions } from "./glb.mjs";
 import { readNpy } from "./npy.mjs";
 import { decodePng } from "./png.mjs";
-import { ROOT } from "../../serve.mjs";
+import { ROOT, WWW } from "../../serve.mjs";
 import { untar } from "./tar.mjs";
 
 const CLI = process.env.DEEPSFT_CLI ?? join(ROOT, "target", "release", "deepsft");
+const BUILD_IT = "build it with cargo build --release -p deepsft-cli";
 export const MODEL = join(ROOT, "models", "poster-a4");
 
 /** Seed of the tests' frames. Training and the published figures use others. */
@@ -28,10 +30,65 @@ export async function deepsft(...args) {
     await promisify(execFile)(CLI, args, { maxBuffer: 1 << 26 });
   } catch (error) {
     throw new Error(
-      `${CLI} ${args.join(" ")} failed (build it with cargo build --release -p deepsft-cli): ${error.stderr || error.message}`,
+      `${CLI} ${args.join(" ")} failed (${BUILD_IT}): ${error.stderr || error.message}`,
       { cause: error },
     );
   }
+}
+
+/** What the program made for the tests, some hundred megabytes: a folder for each version of it, for the two that were used last. */
+const MADE = join(WWW, "dist", "made-for-tests");
+const VERSIONS_KEPT = 2;
+
+/** @type {Promise<string> | undefined} */
+let ofThisProgram;
+
+/**
+ * What a command of the program writes from its arguments alone: made once, and kept for the next run of the tests with the same program.
+ *
+ * @param {(string | { input: string })[]} args but `--out`; an input is a file or a folder, and counts by what it holds
+ * @returns {Promise<string>} the folder, to be read only
+ */
+export async function made(...args) {
+  const versions = await (ofThisProgram ??= folderOfThisProgram());
+  const key = createHash("sha256");
+  for (const arg of args) key.update(typeof arg === "string" ? `${arg}\n` : await hashOf(arg.input));
+  const folder = join(versions, key.digest("hex").slice(0, 32));
+  if (existsSync(folder)) return folder;
+  const partial = await mkdtemp(`${folder}-`);
+  try {
+    await deepsft(...args.map((arg) => (typeof arg === "string" ? arg : arg.input)), "--out", partial);
+    // Another file of tests may have made the same meanwhile.
+    await rename(partial, folder).catch((error) => {
+      if (!existsSync(folder)) throw error;
+    });
+  } finally {
+    await rm(partial, { recursive: true, force: true });
+  }
+  return folder;
+}
+
+async function folderOfThisProgram() {
+  if (!existsSync(CLI)) throw new Error(`${CLI} is missing (${BUILD_IT})`);
+  const folder = join(MADE, (await hashOf(CLI)).slice(0, 16));
+  await mkdir(folder, { recursive: true });
+  await utimes(folder, new Date(), new Date());
+  // Another file of tests may be throwing them away too.
+  const lastUse = (path) => stat(path).then(({ mtimeMs }) => mtimeMs, () => 0);
+  const versions = (await readdir(MADE)).map(async (name) => ({ path: join(MADE, name), used: await lastUse(join(MADE, name)) }));
+  const older = (await Promise.all(versions)).sort((a, b) => b.used - a.used).slice(VERSIONS_KEPT);
+  await Promise.all(older.map(({ path }) => rm(path, { recursive: true, force: true })));
+  return folder;
+}
+
+/** SHA-256 of a file, or of the names and contents of a folder. */
+async function hashOf(path) {
+  const hash = createHash("sha256");
+  const names = (await stat(path)).isDirectory() ? (await readdir(path, { recursive: true, withFileTypes: true })).filter((one) => one.isFile()) : null;
+  if (!names) return hash.update(await readFile(path)).digest("hex");
+  const files = names.map((one) => join(one.parentPath ?? one.path, one.name)).sort();
+  for (const file of files) hash.update(file.slice(path.length)).update(await hashOf(file));
+  return hash.digest("hex");
 }
 
 /**
@@ -51,20 +108,10 @@ export async function deepsft(...args) {
  * @returns {Promise<Frame[]>}
  */
 export async function unseenFrames(folder, count) {
-  const dataset = join(folder, "frames");
   const report = join(folder, "eval.json");
   // Some frames show no poster, and some only a corner of it.
-  await deepsft(
-    "synth",
-    "--template",
-    join(MODEL, "template"),
-    "--count",
-    String(2 * count),
-    "--seed",
-    String(UNSEEN_SEED),
-    "--out",
-    dataset,
-  );
+  const template = { input: join(MODEL, "template") };
+  const dataset = await made("synth", "--template", template, "--count", String(2 * count), "--seed", String(UNSEEN_SEED));
   await deepsft("eval", "--model", MODEL, "--dataset", dataset, "--json", report);
   const { per_frame: measured } = JSON.parse(await readFile(report, "utf8"));
   const files = new Map();

@@ -1,28 +1,29 @@
 // A page with nothing on it but the package, for tests of the package itself.
 
-import { SLOW_MS, launch } from "./browser.mjs";
+import { BLANK, contextOf, launch } from "./browser.mjs";
 import { serve } from "../../serve.mjs";
 
-/** The empty page's address on the site. */
-export const BLANK = "/tests/support/blank.html";
+export { BLANK };
 
 /**
- * Opens an empty page of the site in a browser of its own, with what tests share in its global scope: `deepsft` (the
+ * Opens an empty page of the site, with what tests share in its global scope: `deepsft` (the
  * package), `codeOf` (a promise's error code), `poster` (a canvas that shows the template of an estimator).
  *
  * @param {object} [options]
- * @param {(context: import("playwright-core").BrowserContext) => Promise<void>} [options.prepare]
+ * @param {(page: import("playwright-core").Page) => Promise<void>} [options.prepare] before the page is loaded
+ * @param {string[]} [options.permissions]
  * @param {Record<string, string>} [options.headers] of what the site answers
  * @param {(body: { page: import("playwright-core").Page, origin: string }) => Promise<void>} body
  */
-export async function onPage({ prepare, headers, ...launchOptions } = {}, body) {
+export async function onPage({ prepare, permissions = [], headers, ...launchOptions } = {}, body) {
   const server = await serve({ headers });
   const browser = await launch(launchOptions);
+  let page;
   try {
-    const context = await browser.newContext();
-    context.setDefaultTimeout(SLOW_MS);
-    await prepare?.(context);
-    const page = await context.newPage();
+    const context = await contextOf(browser, {});
+    if (permissions.length > 0) await context.grantPermissions(permissions, { origin: server.origin });
+    page = await context.newPage();
+    await prepare?.(page);
     // A real file: browsers forbid pages that a test makes up to ask other servers of this machine.
     await page.goto(server.origin + BLANK);
     await page.evaluate(async () => {
@@ -48,6 +49,7 @@ export async function onPage({ prepare, headers, ...launchOptions } = {}, body) 
     });
     await body({ page, origin: server.origin, browser, context });
   } finally {
+    await page?.close();
     await browser.close();
     await server.close();
   }
@@ -58,8 +60,8 @@ export async function onPage({ prepare, headers, ...launchOptions } = {}, body) 
  *
  * @param {string} script
  */
-export const inWorker = (script) => (context) =>
-  context.route("**/src/worker.js", async (route) => {
+export const inWorker = (script) => (page) =>
+  page.route("**/src/worker.js", async (route) => {
     const response = await route.fetch();
     // Imports are hoisted: what is to run before them has to be imported before them.
     const address = `data:text/javascript,${encodeURIComponent(script)}`;

@@ -81,7 +81,8 @@ export function seenByFisheye(vertices, { fx, fy, cx, cy, fisheye }) {
 }
 
 function radiusAt([k1, k2, k3, k4], angle) {
-  return angle + k1 * angle ** 3 + k2 * angle ** 5 + k3 * angle ** 7 + k4 * angle ** 9;
+  const square = angle * angle;
+  return angle * (1 + square * (k1 + square * (k2 + square * (k3 + square * k4))));
 }
 
 /** By halving. */

@@ -31,8 +31,9 @@ export function depthsOf(corners, { width, height, fx, fy, cx, cy }) {
 /** The pixels of a mask with none of the other kind within `reach` pixels. @param {boolean[]} mask */
 export function inner(mask, { width, height }, reach) {
   return [...mask.keys()].filter((i) => {
+    if (!mask[i]) return false;
     const [x, y] = [i % width, Math.floor(i / width)];
-    if (!mask[i] || x < reach || y < reach || x >= width - reach || y >= height - reach) return false;
+    if (x < reach || y < reach || x >= width - reach || y >= height - reach) return false;
     for (let dy = -reach; dy <= reach; dy++) for (let dx = -reach; dx <= reach; dx++) if (!mask[i + dy * width + dx]) return false;
     return true;
   });

@@ -28,7 +28,7 @@ export async function twoPrints(folder, frames) {
     const picture = join(folder, `${name}.png`);
     await writeFile(picture, encodePng(makePrint({ width, height, seed })));
     const options = { event: "motion", frames, seed: clip, scale: SCALE, picture, widthMm };
-    if (clip) clips.push(await makeClip(join(folder, name), options));
+    if (clip) clips.push(await makeClip(options));
   }
   const [left, right] = clips;
   const pngs = await Promise.all(PRINTS.map(({ name }) => readFile(join(folder, `${name}.png`), "base64")));
