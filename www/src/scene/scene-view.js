@@ -58,7 +58,7 @@ const MAX_DENSITY = 2;
 const MAX_SOFTWARE_PIXELS = 330_000;
 /** What programs call themselves that draw with the processor. */
 const SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i;
-/** So long nothing is found before the person is told what to do, milliseconds. */
+/** After so long without a print the person is told what to do, milliseconds. */
 const SCANNING_MS = 1500;
 /** A page that was away does not make up for it, seconds. */
 const MAX_DELTA_S = 0.1;
@@ -336,10 +336,12 @@ export class SceneView extends EventTarget {
     this.#background.show(tracked);
     this.#frame = tracked;
     this.#isNew = true;
-    if (tracked.targets.some(({ found }) => found) || tracked.targets.length === 0) this.#foundAt = now;
+    const isFound = tracked.targets.length === 0 || tracked.targets.some(({ found }) => found);
+    if (isFound) this.#foundAt = now;
     if (this.stream?.interrupted) return;
-    // While they look for it people need not be told for how long.
-    this.#show(now - this.#foundAt > SCANNING_MS ? "scanning" : null, { targets: this.targets });
+    if (isFound) this.#show(null);
+    // For a moment people need not be told.
+    else if (now - this.#foundAt > SCANNING_MS) this.#show("scanning", { targets: this.targets });
   }
 
   #playFilms() {

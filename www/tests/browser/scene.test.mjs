@@ -2,11 +2,13 @@
 // leaves behind.
 
 import assert from "node:assert/strict";
-import { mkdtemp, rm } from "node:fs/promises";
+import { mkdir, mkdtemp, rm, writeFile } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
+import { build } from "vite";
 
+import { ROOT, WWW } from "../../serve.mjs";
 import { SLOW_MS, launch, openDemo } from "../support/browser.mjs";
 import { makeClip } from "../support/clips.mjs";
 import { decodePng } from "../support/png.mjs";
@@ -302,6 +304,98 @@ test("a camera that is refused is explained, and tried again", { timeout: SLOW_M
   }, { expectedErrors: [/404/] }),
 );
 
+/** On the page: a camera that shows the picture of `prepare`, and how many are open. */
+function showPicture() {
+  // The page before the first has no cameras.
+  if (!navigator.mediaDevices) return;
+  globalThis.opened = [];
+  MediaDevices.prototype.getUserMedia = async () => {
+    const canvas = Object.assign(document.createElement("canvas"), { width: 960, height: 540 });
+    setInterval(() => globalThis.cameraPicture && canvas.getContext("2d").drawImage(cameraPicture, 0, 0), 60);
+    const stream = canvas.captureStream(15);
+    opened.push(...stream.getTracks());
+    return stream;
+  };
+}
+const playsFilm = () => [...document.querySelectorAll("video")].some(({ src, currentTime, paused }) => src && currentTime > 0.2 && !paused);
+
+/** Waits until the last worker has ended. @param {import("playwright-core").Page} page */
+async function noWorkers(page) {
+  const end = Date.now() + 10_000;
+  while (page.workers().length > 0 && Date.now() < end) await new Promise((resolve) => setTimeout(resolve, 100));
+  assert.equal(page.workers().length, 0);
+}
+
+/** The clip's picture, for {@link showPicture}. */
+async function takePicture(png) {
+  const bytes = Uint8Array.from(atob(png), (c) => c.charCodeAt(0));
+  globalThis.cameraPicture = await createImageBitmap(new Blob([bytes], { type: "image/png" }));
+}
+
+test("an element of HTML is a scene while it is in the page, and starts anew with other attributes", { timeout: SLOW_MS }, () =>
+  onScene(async ({ page, demo }) => {
+    await page.evaluate(showPicture);
+    await page.evaluate(takePicture, clip.frames[0].png.toString("base64"));
+    await page.evaluate(async () => {
+      await import("/src/scene/element.js");
+      document.querySelector("#ar").innerHTML = '<deepsft-view picture="/models/poster-a4/template/texture.png" width-mm="297" print="/demo/clip.webm"></deepsft-view>';
+      globalThis.view = document.querySelector("deepsft-view");
+      globalThis.told = [];
+      for (const name of ["started", "found", "lost", "error"]) view.addEventListener(name, ({ type, detail }) => told.push([type, detail.error?.code]));
+    });
+    await page.waitForFunction(playsFilm);
+    await demo.screenshot("scene-element");
+    assert.deepEqual(await page.evaluate(() => [told.map(([type]) => type), view.view.sheet().target.widthMm]), [["started", "found"], 297]);
+    await page.evaluate(() => {
+      view.setAttribute("picture", "/nowhere.png");
+      view.setAttribute("width-mm", "100");
+    });
+    await page.waitForFunction(() => told.at(-1)[1] === "image-unreadable");
+    await page.evaluate(() => view.remove());
+    await page.waitForFunction(() => opened.length > 0 && opened.every(({ readyState }) => readyState === "ended"));
+    assert.equal(await page.evaluate(() => view.view), null);
+  }, { expectedErrors: [/404/] }),
+);
+
+test("a component of React in strict mode has one scene and one camera, and none when it is gone", { timeout: SLOW_MS }, async () => {
+  await mkdir(join(WWW, "dist"), { recursive: true });
+  const app = await mkdtemp(join(WWW, "dist", "react-"));
+  try {
+    await writeFile(join(app, "index.html"), '<!doctype html><link rel="icon" href="data:," /><div id="root"></div><script type="module" src="/main.jsx"></script>');
+    await writeFile(
+      join(app, "main.jsx"),
+      `import { StrictMode } from "react";
+       import { createRoot } from "react-dom/client";
+       import { Poster } from ${JSON.stringify(join(WWW, "examples", "react", "poster.jsx"))};
+       const root = createRoot(document.querySelector("#root"));
+       globalThis.leave = () => root.unmount();
+       root.render(<StrictMode><Poster picture="/models/poster-a4/template/texture.png" film="/demo/clip.webm" /></StrictMode>);`,
+    );
+    const alias = { "deepsft/scene": join(WWW, "src", "scene", "index.js"), deepsft: join(WWW, "src", "index.js") };
+    // Strict mode mounts twice in development alone.
+    await build({ root: app, mode: "development", logLevel: "error", configFile: false, resolve: { alias }, define: { "process.env.NODE_ENV": '"development"' }, build: { outDir: "out", minify: false } });
+    const folders = { "/models/": join(ROOT, "models"), "/demo/": join(WWW, "demo"), "/": join(app, "out") };
+    const prepare = (context) => context.addInitScript(showPicture);
+    const demo = await openDemo(browser, { folders, device: { viewport: { width: 640, height: 360 } }, prepare });
+    const { page } = demo;
+    await page.evaluate(takePicture, clip.frames[0].png.toString("base64"));
+    await page.waitForFunction(playsFilm);
+    // Else there is a picture of what is looked for too.
+    await page.waitForSelector("[data-deepsft=running]");
+    await demo.screenshot("scene-react");
+    const counts = () => page.evaluate(() => [document.querySelectorAll("#root canvas").length, opened.filter(({ readyState }) => readyState === "live").length]);
+    assert.deepEqual(await counts(), [1, 1]);
+    assert.equal(await page.evaluate(() => opened.length), 2, "it was mounted twice");
+    await page.evaluate(() => leave());
+    await page.waitForFunction(() => opened.every(({ readyState }) => readyState === "ended"));
+    assert.deepEqual(await counts(), [0, 0]);
+    await noWorkers(page);
+    await demo.finish();
+  } finally {
+    await rm(app, { recursive: true, force: true });
+  }
+});
+
 test("fifty scenes that come and go leave no track, worker, canvas or listener", { timeout: SLOW_MS }, () =>
   onScene(async ({ page, demo }) => {
     await demo.context.grantPermissions(["camera"]);
@@ -350,13 +444,12 @@ test("fifty scenes that come and go leave no track, worker, canvas or listener",
     const reasons = await comeAndGo(50);
     assert.ok(reasons.length >= 20 && reasons.every((name) => name === "AbortError"), String(reasons));
     await page.waitForFunction(() => tracks.length > 0 && tracks.every((track) => track.deref()?.readyState !== "live"));
-    const end = Date.now() + 10_000;
-    while (page.workers().length > 0 && Date.now() < end) await new Promise((resolve) => setTimeout(resolve, 100));
-    assert.equal(page.workers().length, 0);
+    await noWorkers(page);
     assert.deepEqual(await page.evaluate(() => [document.querySelectorAll("canvas, video").length, document.querySelector("#ar").childElementCount]), [0, 0]);
     // Garbage of three.js's and the browser's own comes with delay.
     let after = await counts();
-    for (; after["scene.SceneView"] > 0 && Date.now() < end + 10_000; after = await counts()) await new Promise((resolve) => setTimeout(resolve, 500));
+    const end = Date.now() + 10_000;
+    for (; after["scene.SceneView"] > 0 && Date.now() < end; after = await counts()) await new Promise((resolve) => setTimeout(resolve, 500));
     const { listeners, ...held } = after;
     assert.deepEqual(held, { "scene.SceneView": 0, "three.WebGLRenderer": 0, HTMLVideoElement: 0, HTMLCanvasElement: 0, AbortController: 0 });
     // The browser's own come and go; one of each scene would be fifty.
