@@ -344,6 +344,7 @@ test("an element of HTML is a scene while it is in the page, and starts anew wit
       for (const name of ["started", "found", "lost", "error"]) view.addEventListener(name, ({ type, detail }) => told.push([type, detail.error?.code]));
     });
     await page.waitForFunction(playsFilm);
+    await page.waitForFunction(() => told.some(([type]) => type === "found"));
     await demo.screenshot("scene-element");
     assert.deepEqual(await page.evaluate(() => [told.map(([type]) => type), view.view.sheet().target.widthMm]), [["started", "found"], 297]);
     await page.evaluate(() => {
