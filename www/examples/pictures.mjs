@@ -1,6 +1,6 @@
 // Makes the pictures of the examples' list: each example before the demo page's clip. After `cargo xtask web`:
 //
-//     node pictures.mjs
+//     node pictures.mjs [NAME.html …]
 
 import { readdirSync } from "node:fs";
 import { fileURLToPath } from "node:url";
@@ -13,7 +13,8 @@ const POSTER = fileURLToPath(new URL("../../models/poster-a4/template/texture.pn
 /** So far the clip has played, seconds. */
 const SECONDS = 4;
 
-const names = readdirSync(new URL(".", import.meta.url)).filter((name) => name.endsWith(".html") && name !== "index.html");
+const wanted = process.argv.slice(2);
+const names = readdirSync(new URL(".", import.meta.url)).filter((name) => name.endsWith(".html") && name !== "index.html" && (wanted.length === 0 || wanted.includes(name)));
 const server = await serve();
 const browser = await launch({ webgpu: false });
 try {
@@ -28,7 +29,8 @@ try {
       await page.waitForFunction(() => document.querySelector("p > span").textContent.endsWith("is there"));
     }
     if (name === "still.html") await page.waitForFunction(() => document.querySelector("p > span").textContent.startsWith("There"));
-    else await page.waitForFunction((least) => document.querySelector("video").currentTime > least, SECONDS);
+    else await page.waitForFunction((least) => [...document.querySelectorAll("video")].at(-1).currentTime > least, SECONDS);
+    if (name.startsWith("scene-")) await page.waitForSelector("[data-deepsft=running]");
     await page.screenshot({ path: fileURLToPath(new URL(`pictures/${name.replace("html", "jpg")}`, import.meta.url)), type: "jpeg", quality: 82 });
     await page.close();
   }

@@ -10,3 +10,12 @@ export async function openSource(video) {
   await Object.assign(video, { src: clip, muted: true, loop: true, playsInline: true }).play();
   return { source: video, intrinsics: { width: 960, height: 540, fx: 760, fy: 760, cx: 480, cy: 270 } };
 }
+
+/** For `start` of `deepsft/scene`, which opens the camera itself. */
+export async function sourceOptions() {
+  if (location.search !== "?clip") return {};
+  const video = document.createElement("video");
+  document.body.append(video);
+  const { source, intrinsics } = await openSource(video);
+  return { source, camera: intrinsics };
+}

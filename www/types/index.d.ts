@@ -8,6 +8,7 @@ export { Estimate, EstimateMap } from "./results/estimate.js";
 export { PAPER_CAMERAS, TYPICAL_FOCAL_FRACTION, estimatedCamera } from "./camera/intrinsics.js";
 export { isPrintOutline, printAspect, rectifyPicture } from "./targets/rectify.js";
 export { Session } from "./tracking/session.js";
+export { Recording, pictureOf, recordingCanvas, recordingKind, shareFile } from "./record/recording.js";
 export { measureSheet } from "./results/measures.js";
 export { SurfaceMesh } from "./results/surface-mesh.js";
 export { Scan } from "./targets/scan.js";

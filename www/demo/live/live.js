@@ -1,9 +1,8 @@
 // The live view: frames in, overlay out.
 
 import { DeepSftError } from "deepsft";
-import { PrintCovering, TemplateLight } from "deepsft/light";
+import { MaskCovering, PrintCovering, TemplateLight, confirmed, seenFractions } from "deepsft/light";
 import { animate, prefersStillness } from "../graphics/animation.js";
-import { Covering, confirmed, seenFractions } from "./covering.js";
 import { depthRange, depthTicks } from "../graphics/heat.js";
 import { shadingOf, tintOf } from "../stage/shading.js";
 
@@ -57,7 +56,7 @@ export class Live {
   #templateLight = null;
   /** @type {Session | null} */
   #session = null;
-  #covering = new Covering();
+  #covering = new MaskCovering();
   /** Of a picture, which has no mask. @type {PrintCovering | null} */
   #printCovering = null;
   /** @type {SurfaceMesh | null} the one that is drawn */

@@ -1,6 +1,7 @@
 // The buttons that take a picture of what is seen, or record it.
 
-import { RECORDING_KIND, Recording, pictureOf, share } from "./shots.js";
+import { Recording, pictureOf, recordingCanvas, recordingKind, shareFile } from "deepsft";
+import { drawScene } from "./shots.js";
 
 /** @import { Scene } from "./shots.js" */
 
@@ -9,8 +10,8 @@ export class ShotButtons {
   #time;
   #scene;
   #fail;
-  /** @type {Recording | null} */
-  #recording = null;
+  /** @type {{ canvas: HTMLCanvasElement, recording: Recording } | null} */
+  #running = null;
 
   /**
    * @param {HTMLElement} group with the two buttons
@@ -23,24 +24,32 @@ export class ShotButtons {
     this.#time = /** @type {HTMLElement} */ (record.querySelector(".time"));
     this.#scene = scene;
     this.#fail = fail;
-    record.hidden = RECORDING_KIND === undefined;
-    picture.addEventListener("click", () => this.#try(async () => share(await pictureOf(scene()), nameNow())));
-    record.addEventListener("click", () => (this.#recording ? this.stop() : this.#try(() => this.#run())));
+    record.hidden = recordingKind === undefined;
+    picture.addEventListener("click", () => this.#try(async () => shareFile(await this.#picture(), nameNow())));
+    record.addEventListener("click", () => (this.#running ? this.stop() : this.#try(() => this.#run())));
   }
 
   /** Adds what has just been drawn, where it is recorded. @param {() => Scene} scene */
   add(scene) {
-    this.#recording?.add(scene());
+    if (this.#running) drawScene(this.#running.canvas, scene());
   }
 
   /** Ends a recording; what was recorded is handed to the person. */
   stop() {
-    this.#recording?.stop();
+    // What becomes of it is told where it was begun.
+    this.#running?.recording.stop().catch(() => undefined);
+  }
+
+  #picture() {
+    const scene = this.#scene();
+    return pictureOf(drawScene(recordingCanvas(scene.area), scene));
   }
 
   async #run() {
-    const recording = new Recording(this.#scene());
-    this.#recording = recording;
+    const scene = this.#scene();
+    const canvas = drawScene(recordingCanvas(scene.area), scene);
+    const recording = new Recording(canvas);
+    this.#running = { canvas, recording };
     const began = performance.now();
     const name = nameNow();
     const tell = () => {
@@ -51,10 +60,10 @@ export class ShotButtons {
     const clock = setInterval(tell, 1000);
     this.#show(true);
     try {
-      await share(await recording.finished, name);
+      await shareFile(await recording.finished, name);
     } finally {
       clearInterval(clock);
-      this.#recording = null;
+      this.#running = null;
       this.#show(false);
     }
   }

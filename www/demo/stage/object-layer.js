@@ -1,10 +1,10 @@
 // A thing on the sheet: where it stands, in the light of the sheet, with its shadow.
 
 import { SurfacePose } from "deepsft";
+import { SheetLight } from "deepsft/light";
 import { createProgram } from "../graphics/gl.js";
 import { prefersStillness } from "../graphics/animation.js";
 import { MAX_HEIGHT, OBJECTS } from "../objects/objects.js";
-import { SheetLight } from "../objects/sheet-light.js";
 import { STRIDE } from "../objects/solids.js";
 import { OBJECT_FRAGMENT_SHADER, OBJECT_VERTEX_SHADER, SHADOW_MAP_FRAGMENT_SHADER, SHADOW_MAP_VERTEX_SHADER } from "./object-shader.js";
 import { setProjection } from "./projection.js";

@@ -1,31 +1,52 @@
 // A place on a tracked surface that things can stand on.
 
 import { Group } from "three";
+import { DeepSftError } from "../error.js";
 import { SurfacePose } from "../results/surface-pose.js";
 
-/** @import { MeshTopology } from "../engine/engine-worker.js" */
+/** @import { Object3D } from "three" */
+/** @import { Target } from "../targets/target.js" */
 /** @import { SurfaceGeometry } from "./surface-geometry.js" */
 
 /**
+ * @typedef {object} AnchorOptions
+ * @property {boolean} [smooth] whether small trembling is filtered out, default true
+ * @property {"mm" | "m" | "width"} [unit] what lengths of what stands there are counted in: `m` for glTF, `width` for the print's width. Default: the
+ *   target's own, which is `mm`, or `width` where its size is not known.
+ * @property {boolean} [shadows] whether what is added casts shadows and receives them
+ */
+
+/**
  * Follows a place (u, v) of a surface: x runs along u, y is the surface's normal, away from the printed side's back, and z runs down the
- * print. So what has y up, like most models, stands on the sheet and looks at its reader. Units are millimetres.
+ * print. So what has y up, like most models, stands on the sheet and looks at its reader.
  */
 export class Anchor extends Group {
   #pose;
+  #shadows;
 
   /**
    * Use `sheet.anchor`.
    *
-   * @param {MeshTopology} topology
+   * @param {Target} target
    * @param {number} u
    * @param {number} v
-   * @param {{ smooth?: boolean }} [options] whether small trembling is filtered out, default true
+   * @param {AnchorOptions} [options]
    * @throws {RangeError} where the target has no surface
+   * @throws {DeepSftError} `target-unusable` for a length in `mm` or `m` on a print of unknown size
    */
-  constructor(topology, u, v, options) {
+  constructor(target, u, v, { smooth, unit = target.unit, shadows = false } = {}) {
     super();
-    this.#pose = new SurfacePose(topology, u, v, options);
+    this.#pose = new SurfacePose(target.mesh, u, v, { smooth });
+    this.#shadows = shadows;
+    this.scale.setScalar(lengthOf(unit, target));
     this.visible = false;
+  }
+
+  /** @param {Object3D[]} objects @override */
+  add(...objects) {
+    const shadows = { castShadow: true, receiveShadow: true };
+    if (this.#shadows) for (const object of objects) object.traverse((part) => "isMesh" in part && Object.assign(part, shadows));
+    return super.add(...objects);
   }
 
   /**
@@ -58,4 +79,17 @@ export class Anchor extends Group {
     this.visible = false;
     this.#pose.lose();
   }
+}
+
+/**
+ * A unit in that of the target.
+ *
+ * @param {"mm" | "m" | "width"} unit
+ * @param {Target} target
+ */
+function lengthOf(unit, target) {
+  if (unit === "width") return target.unit === "width" ? 1 : target.widthMm;
+  if (target.unit === "width")
+    throw new DeepSftError("target-unusable", `The size of ${target.name} is not known, so nothing on it can be so many ${unit} large: give its widthMm.`);
+  return unit === "m" ? 1000 : 1;
 }

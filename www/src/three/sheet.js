@@ -1,23 +1,29 @@
-// A tracked target in a scene: what hides things, what is printed anew, and what stands on it.
+// A tracked target in a scene: what hides things, what is printed anew, what stands on it, and the light on all of it.
 
-import { BufferAttribute, DoubleSide, DynamicDrawUsage, Group, Mesh, MeshBasicMaterial } from "three";
+import { BufferAttribute, DoubleSide, DynamicDrawUsage, Group, Mesh, MeshBasicMaterial, ShaderMaterial, ShadowMaterial } from "three";
+import { MaskCovering } from "../light/mask-covering.js";
 import { PrintCovering } from "../light/print-covering.js";
 import { smallPixels } from "../light/small-frame.js";
 import { TemplateLight } from "../light/template-light.js";
 import { VertexLight } from "../light/vertex-light.js";
 import { Anchor } from "./anchor.js";
+import { PaperLight } from "./paper-light.js";
 import { SurfaceGeometry } from "./surface-geometry.js";
 
 /** @import { Material, Texture } from "three" */
 /** @import { SourcedCamera } from "../camera/intrinsics.js" */
+/** @import { Estimate } from "../results/estimate.js" */
 /** @import { SurfaceMesh } from "../results/surface-mesh.js" */
 /** @import { TrackedFrame } from "../results/tracked-frame.js" */
 /** @import { Target } from "../targets/target.js" */
+/** @import { AnchorOptions } from "./anchor.js" */
 
 /** From this correlation on the mesh lies well enough for its confidence to tell what covers it. */
 const MIN_CORRELATION = 0.6;
 /** Fraction of a vertex's surroundings that is seen, from which on the new print begins to show, and shows fully. */
 const SEEN = { from: 0.3, fully: 0.7 };
+/** Who is drawn after whom. */
+const ORDER = { cover: -4, occluder: -3, paper: -2, shadow: -1 };
 
 /**
  * @typedef {object} SheetOptions
@@ -25,41 +31,59 @@ const SEEN = { from: 0.3, fully: 0.7 };
  *   paper is, and where something lies before the paper it is left out.
  * @property {Material} [material] a material of one's own in place of that; with `vertexColors` the light of the paper is multiplied into
  *   its colours
+ * @property {boolean} [light] whether what stands on the sheet is lit as the paper is, casts its shadow on it, and is hidden by what lies
+ *   before the paper; default false
  */
 
-/** The surface of a target. It has its place in the camera's frame: add it to the scene, or to the camera if that is moved. */
+/**
+ * The surface of a target. It has its place in the camera's frame: add it to the scene, or to the camera if that is moved. A unit is a
+ * millimetre; a print of unknown size is shown as if it were 200 mm wide.
+ */
 export class Sheet extends Group {
-  /** @type {{ template: VertexLight, covering: PrintCovering, colors: BufferAttribute } | null} */
-  #light = null;
+  /** @type {{ vertices: VertexLight, covering: MaskCovering | PrintCovering, colors: BufferAttribute } | null} */
+  #shading = null;
+  /** @type {Mesh | null} */
+  #shadow = null;
 
   /**
    * @param {Target} target
    * @param {SheetOptions} [options] without a print the sheet is seen as it is, and only hides what is behind it
    */
-  constructor(target, { map, material = map && paperMaterial(map) } = {}) {
+  constructor(target, { map, material, light = false } = {}) {
     super();
     /** What it shows. */
     this.target = target;
     this.name = target.name;
     this.visible = false;
+    if (target.unit === "width") this.scale.setScalar(1 / (target.mesh.perMm ?? 1));
     /** What all of it is drawn from, updated in place. */
     this.geometry = new SurfaceGeometry(target.mesh);
     /** Draws nothing, and hides what is behind the sheet: both sides do. */
-    this.occluder = new Mesh(this.geometry, occluderMaterial());
-    this.occluder.renderOrder = -2;
-    this.add(this.occluder);
+    this.occluder = this.#layer(occluderMaterial(), ORDER.occluder);
     /** What is printed on it; null for none. The blank back stays as the camera sees it. */
-    this.paper = material ? new Mesh(this.geometry, material) : null;
-    if (!this.paper || !material) return;
-    this.paper.renderOrder = -1;
-    this.paper.receiveShadow = true;
-    this.add(this.paper);
-    if (!material.vertexColors) return;
-    const { count } = this.geometry.getAttribute("position");
-    const colors = new BufferAttribute(new Float32Array(4 * count).fill(1), 4).setUsage(DynamicDrawUsage);
-    this.geometry.setAttribute("color", colors);
-    const template = new VertexLight(target.mesh, new TemplateLight(target.texture));
-    this.#light = { template, covering: new PrintCovering(target), colors };
+    this.paper = material ? this.#layer(material, ORDER.paper) : null;
+    if (material?.vertexColors) this.#shade();
+    if (map) this.map = map;
+    /** The light on what stands on it, where `light` asks for it. @type {PaperLight | null} */
+    this.light = light ? new PaperLight() : null;
+    if (!this.light) return;
+    this.add(this.light);
+    this.#shade();
+    this.#layer(coverMaterial(), ORDER.cover);
+    this.#shadow = this.#layer(new ShadowMaterial({ transparent: true, depthWrite: false }), ORDER.shadow);
+  }
+
+  /** The new print; null for none. Setting it takes the place of the print before, whose texture stays the page's. */
+  get map() {
+    return /** @type {MeshBasicMaterial | undefined} */ (this.paper?.material)?.map ?? null;
+  }
+
+  /** @param {Texture | null} map */
+  set map(map) {
+    if (this.paper) /** @type {Material} */ (this.paper.material).dispose();
+    this.paper?.removeFromParent();
+    this.paper = map && this.#layer(paperMaterial(map), ORDER.paper);
+    if (map) this.#shade();
   }
 
   /**
@@ -67,12 +91,13 @@ export class Sheet extends Group {
    *
    * @param {number} u from the print's left border to its right, 0 to 1
    * @param {number} v from its top to its bottom
-   * @param {{ smooth?: boolean }} [options] as in {@link Anchor}
+   * @param {AnchorOptions} [options]
    * @returns {Anchor} a child of the sheet: `sheet.remove(anchor)` lets it go
    * @throws {RangeError} where the target has no surface
+   * @throws {DeepSftError} `target-unusable` for a length in `mm` or `m` on a print of unknown size
    */
   anchor(u, v, options) {
-    const anchor = new Anchor(this.target.mesh, u, v, options);
+    const anchor = new Anchor(this.target, u, v, { shadows: this.light !== null, ...options });
     this.add(anchor);
     return anchor;
   }
@@ -88,12 +113,13 @@ export class Sheet extends Group {
     if (!seen?.mesh) {
       this.visible = false;
       // What covered it may be gone when it is found again.
-      this.#light?.covering.reset();
+      this.#shading?.covering.reset();
+      this.light?.reset();
       for (const anchor of this.#anchors()) anchor.lose();
       return;
     }
     this.show(seen.mesh, atMs);
-    if (tracked.frame) this.#shade(seen.mesh, tracked.camera, tracked.frame, seen.correlation >= MIN_CORRELATION);
+    if (tracked.frame) this.#lightUp(seen.mesh, tracked, tracked.frame, seen.correlation >= MIN_CORRELATION, atMs);
   }
 
   /**
@@ -109,10 +135,22 @@ export class Sheet extends Group {
     this.visible = true;
   }
 
-  /** Lets geometry and materials go; a print's texture stays the page's. */
+  /**
+   * Takes over what a model's network says of what covers the sheet in a frame: `onEstimate` of a session.
+   *
+   * @param {Estimate} estimate
+   * @param {number} frame its number
+   */
+  answer(estimate, frame) {
+    const { covering } = this.#shading ?? {};
+    if (covering instanceof MaskCovering) covering.answer(frame, estimate);
+  }
+
+  /** Lets geometry, materials and shadow go; a print's texture stays the page's. */
   dispose() {
     this.geometry.dispose();
-    for (const mesh of [this.occluder, this.paper]) /** @type {Material | undefined} */ (mesh?.material)?.dispose();
+    this.light?.directed.dispose();
+    for (const child of this.children) if (child instanceof Mesh) /** @type {Material} */ (child.material).dispose();
   }
 
   #anchors() {
@@ -120,23 +158,53 @@ export class Sheet extends Group {
   }
 
   /**
-   * The light on the paper, and what of it is seen, as colours of the vertices.
+   * @param {Material} material
+   * @param {number} order
+   */
+  #layer(material, order) {
+    const mesh = new Mesh(this.geometry, material);
+    mesh.renderOrder = order;
+    mesh.receiveShadow = order >= ORDER.paper;
+    this.add(mesh);
+    return mesh;
+  }
+
+  /** From now on its vertices have colours: the light on them, and how far they are seen. */
+  #shade() {
+    if (this.#shading) return;
+    const { target } = this;
+    const { count } = this.geometry.getAttribute("position");
+    const colors = new BufferAttribute(new Float32Array(4 * count).fill(1), 4).setUsage(DynamicDrawUsage);
+    this.geometry.setAttribute("color", colors);
+    const vertices = new VertexLight(target.mesh, new TemplateLight(target.texture));
+    this.#shading = { vertices, covering: target.kind === "model" ? new MaskCovering() : new PrintCovering(target), colors };
+  }
+
+  /**
+   * The light on the paper, and what of it is seen.
    *
    * @param {SurfaceMesh} mesh
-   * @param {SourcedCamera} camera
+   * @param {{ number: number, camera: SourcedCamera }} tracked
    * @param {ImageBitmap} frame
    * @param {boolean} certain
+   * @param {number} atMs
    */
-  #shade(mesh, camera, frame, certain) {
-    if (!this.#light) return;
-    const { template, covering, colors } = this.#light;
-    const seen = covering.follow(mesh, certain);
-    const light = template.of(mesh.vertices, seen, camera, smallPixels(frame));
+  #lightUp(mesh, { number, camera }, frame, certain, atMs) {
+    const anchors = this.#anchors();
+    if (!this.#shading || (!this.paper && anchors.length === 0)) return;
+    const { vertices, covering, colors } = this.#shading;
+    const seen = covering instanceof MaskCovering ? covering.follow(number, mesh, certain) : covering.follow(mesh, certain);
+    const light = vertices.of(mesh.vertices, seen, camera, smallPixels(frame));
     for (let i = 0; i < light.length; i++) {
       const shown = Math.min(1, Math.max(0, (seen[i] - SEEN.from) / (SEEN.fully - SEEN.from)));
       colors.setXYZW(i, light[i], light[i], light[i], shown * shown * (3 - 2 * shown));
     }
     colors.needsUpdate = true;
+    if (!this.light || !this.#shadow) return;
+    this.light.follow(light, mesh.normals, seen, atMs);
+    this.light.shineOn(anchors);
+    // What multiplies linear light, as the opacity of black over sRGB.
+    /** @type {ShadowMaterial} */ (this.#shadow.material).opacity = 1 - this.light.shade ** (1 / 2.2);
   }
 }
 
@@ -148,4 +216,25 @@ function occluderMaterial() {
 /** @param {Texture} map */
 function paperMaterial(map) {
   return new MeshBasicMaterial({ map, vertexColors: true, transparent: true, depthWrite: false, toneMapped: false });
+}
+
+/** Writes the depth of what is nearest, where something lies before the sheet: it hides all that stands there. */
+function coverMaterial() {
+  return new ShaderMaterial({
+    vertexShader: `
+attribute vec4 color;
+varying float v_shown;
+void main() {
+  v_shown = color.a;
+  gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
+  gl_Position.z = -gl_Position.w;
+}`,
+    fragmentShader: `
+varying float v_shown;
+void main() {
+  if (v_shown > 0.5) discard;
+  gl_FragColor = vec4(0.0);
+}`,
+    colorWrite: false,
+  });
 }

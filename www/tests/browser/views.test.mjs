@@ -115,7 +115,7 @@ test("a camera that is interrupted takes no photograph until it is back", { time
 test("a recording that the browser ends lets its tracks go, and a drawing that it keeps to itself is explained", { timeout: SLOW_MS }, () =>
   onPage(async (page) => {
     const { message, states } = await page.evaluate(async () => {
-      const { Recording } = await import("/demo/live/shots.js");
+      const { Recording } = await import("/src/index.js");
       const tracks = [];
       const { captureStream } = HTMLCanvasElement.prototype;
       HTMLCanvasElement.prototype.captureStream = function (...options) {
@@ -127,7 +127,7 @@ test("a recording that the browser ends lets its tracks go, and a drawing that i
       MediaRecorder.prototype.start = function () {
         queueMicrotask(() => this.dispatchEvent(new Event("error")));
       };
-      const recording = new Recording({ area: document.body, canvases: [] });
+      const recording = new Recording(Object.assign(document.createElement("canvas"), { width: 64, height: 48 }));
       const message = await recording.finished.catch((error) => error.message);
       MediaRecorder.prototype.start = start;
       return { message, states: tracks.map(({ readyState }) => readyState) };

@@ -38,12 +38,14 @@ const DONE_WITHOUT = {
   ".released": "of a wake lock",
   "Navigator.canShare": "called if there; else the file is a download",
   "Navigator.share": "after canShare",
+  ".mozHasAudio": "asked for; else audioTracks, else the bytes of sound that were decoded, else a film may have sound",
+  ".audioTracks": "likewise",
   "Navigator.connection": "read if there",
   ".saveData": "of navigator.connection",
 };
 
 /** Names that BCD knows from newer interfaces, and we from our own objects and three.js. */
-const OURS = [".colorSpace", ".confidence", ".projectionMatrix", ".reasons"];
+const OURS = [".colorSpace", ".confidence", ".projectionMatrix", ".radius", ".reasons"];
 
 /** Global objects and what they are. */
 const KINDS = {

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { SheetLight } from "../../demo/objects/sheet-light.js";
+import { SheetLight } from "deepsft/light";
 
 const unit = (v) => v.map((x) => x / Math.hypot(...v));
 const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];

@@ -12,7 +12,7 @@ const REACH = { inside: 1, border: 4 };
 /** Confidence of a vertex from which on the image shows it, whatever the mask says, and below which it says nothing. */
 const SHOWN = { from: 0.6, fully: 0.85 };
 
-/** @typedef {Pick<import("deepsft").SurfaceMesh, "vertices" | "textureCoordinates" | "confidence">} Mesh */
+/** @typedef {Pick<import("../results/surface-mesh.js").SurfaceMesh, "vertices" | "textureCoordinates" | "confidence">} Mesh */
 /** @typedef {{ values: () => Uint8Array, width: number, height: number }} Mask of the canonical image */
 /** @typedef {{ mask: Mask, focal: number }} Masked an estimate: its mask, and the canonical image's focal length, pixels */
 
@@ -20,10 +20,10 @@ const SHOWN = { from: 0.6, fully: 0.85 };
 const NEW_WEIGHT = 0.6;
 
 /**
- * Which vertices nothing covers. The mask of an older frame is looked up at the mesh of that frame, so that it moves with
+ * Which vertices nothing covers, by the mask of a model's network. The mask of an older frame is looked up at the mesh of that frame, so that it moves with
  * the sheet until the next answer.
  */
-export class Covering {
+export class MaskCovering {
   /** @type {Map<number, Mesh>} by frame, the oldest first */
   #meshes = new Map();
   #seen = new Float32Array();

@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 
 import { CANONICAL_FOCAL, CANONICAL_HEIGHT, CANONICAL_WIDTH } from "deepsft";
-import { Covering, confirmed, seenFractions } from "../../demo/live/covering.js";
+import { MaskCovering, confirmed, seenFractions } from "deepsft/light";
 
 /** A point that the canonical camera sees at a pixel, 380 mm away: a millimetre a pixel. */
 const at = (column, row) => [column - CANONICAL_WIDTH / 2 + 0.5, row - CANONICAL_HEIGHT / 2 + 0.5, 380];
@@ -44,7 +44,7 @@ test("what the image itself confirms is seen, whatever the mask says", () => {
 });
 
 test("the mask of an older frame is looked up at the mesh of that frame", () => {
-  const covering = new Covering();
+  const covering = new MaskCovering();
   assert.deepEqual([...covering.follow(1, mesh(at(300, 100)), true)], [1], "nothing covers it before the first answer");
   covering.follow(2, mesh(at(100, 100)), true);
   covering.answer(1, leftHalf());
@@ -56,7 +56,7 @@ test("the mask of an older frame is looked up at the mesh of that frame", () => 
 });
 
 test("an answer to a frame that was not followed, or not well, changes nothing", () => {
-  const covering = new Covering();
+  const covering = new MaskCovering();
   covering.follow(1, mesh(at(300, 100)), false);
   covering.answer(1, leftHalf());
   covering.answer(7, leftHalf());

@@ -1,0 +1,125 @@
+// What can be printed on a sheet, as a texture: a picture, a canvas, a film.
+
+import { CanvasTexture, SRGBColorSpace, Texture, VideoTexture } from "three";
+import { unlessAborted } from "../abort.js";
+import { DeepSftError } from "../error.js";
+import { closeFrame, readImage, transferableFrame } from "../frames/image-input.js";
+
+/** @import { ImageInput } from "../frames/image-input.js" */
+
+/**
+ * An address or a file of a picture or film, an element that shows one, a canvas, whose newest picture is printed, or a texture of three.js.
+ *
+ * @typedef {ImageInput | Texture} PrintInput
+ */
+
+/**
+ * A texture, whether it changes with each frame, and what lets go of it.
+ *
+ * @typedef {{ texture: Texture, film: HTMLVideoElement | null, isLive: boolean, close: () => void }} Print
+ */
+
+const FILM = /\.(mp4|m4v|mov|webm|ogv)([?#]|$)/i;
+/** Sharp also where the sheet is seen at a slant. */
+const ANISOTROPY = 8;
+
+/**
+ * @param {PrintInput} input
+ * @param {HTMLElement} place where a film lies in the page: iPhones play no other
+ * @param {AbortSignal} signal
+ * @returns {Promise<Print>}
+ * @throws {DeepSftError} `image-unreadable`, `image-cross-origin`
+ */
+export async function printOf(input, place, signal) {
+  if (input instanceof Texture) return { texture: input, film: null, isLive: false, close: () => undefined };
+  if (input instanceof HTMLVideoElement) return filmPrint(input, () => undefined);
+  if (isCanvas(input)) return canvasPrint(input, true);
+  const isAddress = typeof input === "string" || input instanceof URL;
+  if (isAddress && FILM.test(String(input))) return openFilm(String(input), place, signal);
+  const image = await readImage(input, signal);
+  if (image instanceof Blob && image.type.startsWith("video/")) {
+    const url = URL.createObjectURL(image);
+    return openFilm(url, place, signal, () => URL.revokeObjectURL(url));
+  }
+  const { frame } = await transferableFrame(image);
+  const canvas = Object.assign(document.createElement("canvas"), { width: frame.width, height: frame.height });
+  const context = canvas.getContext("2d");
+  if (frame instanceof ImageData) context?.putImageData(frame, 0, 0);
+  else context?.drawImage(frame, 0, 0);
+  closeFrame(frame);
+  return canvasPrint(canvas, false);
+}
+
+/** @param {unknown} input @returns {input is HTMLCanvasElement | OffscreenCanvas} */
+function isCanvas(input) {
+  return input instanceof HTMLCanvasElement || (typeof OffscreenCanvas !== "undefined" && input instanceof OffscreenCanvas);
+}
+
+/**
+ * @param {HTMLCanvasElement | OffscreenCanvas} canvas
+ * @param {boolean} isLive
+ * @returns {Print}
+ */
+function canvasPrint(canvas, isLive) {
+  const texture = printed(new CanvasTexture(canvas));
+  return { texture, film: null, isLive, close: () => texture.dispose() };
+}
+
+/**
+ * Plays a film until its first picture is there.
+ *
+ * @param {string} url
+ * @param {HTMLElement} place
+ * @param {AbortSignal} signal
+ * @param {() => void} [release] of its address
+ */
+async function openFilm(url, place, signal, release = () => undefined) {
+  const film = document.createElement("video");
+  Object.assign(film, { src: url, crossOrigin: "anonymous", muted: true, loop: true, tabIndex: -1 });
+  film.playsInline = true;
+  film.setAttribute("aria-hidden", "true");
+  hide(film);
+  place.append(film);
+  const close = () => {
+    film.remove();
+    film.removeAttribute("src");
+    film.load();
+    release();
+  };
+  try {
+    const first = new Promise((resolve, reject) => {
+      film.addEventListener("loadeddata", resolve, { once: true });
+      film.addEventListener("error", () => reject(film.error), { once: true });
+    });
+    // Some browsers fetch nothing before it is to play. Where it may not play by itself it does so when the print is found, or tapped.
+    film.play().catch(() => undefined);
+    await unlessAborted(first, signal);
+  } catch (cause) {
+    close();
+    signal.throwIfAborted();
+    throw new DeepSftError("image-unreadable", `The film ${url} could not be played: it is not there, or of a kind this browser does not know.`, { cause });
+  }
+  return filmPrint(film, close);
+}
+
+/**
+ * @param {HTMLVideoElement} film
+ * @param {() => void} close
+ * @returns {Print}
+ */
+function filmPrint(film, close) {
+  const texture = printed(new VideoTexture(film));
+  return { texture, film, isLive: false, close: () => (texture.dispose(), close()) };
+}
+
+/** @template {Texture} T @param {T} texture */
+function printed(texture) {
+  texture.colorSpace = SRGBColorSpace;
+  texture.anisotropy = ANISOTROPY;
+  return texture;
+}
+
+/** In the page, but not seen: iPhones play no video that is not displayed. @param {HTMLVideoElement} video */
+export function hide(video) {
+  Object.assign(video.style, { position: "absolute", width: "1px", height: "1px", opacity: "0", pointerEvents: "none" });
+}
