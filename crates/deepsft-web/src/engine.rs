@@ -103,7 +103,7 @@ impl Engine {
     pub fn add_target(&self, id: u32, template: TargetTemplate) -> Promise {
         let core = Rc::clone(&self.core);
         settle::promise(async move {
-            let target = EngineTarget::of_template(template.into_template())?;
+            let target = EngineTarget::of_template(template.0)?;
             core.targets.borrow_mut().insert(id, Rc::new(target));
             Ok(JsValue::UNDEFINED)
         })

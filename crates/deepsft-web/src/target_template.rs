@@ -14,13 +14,7 @@ use wasm_bindgen::prelude::*;
 /// A template without a network. Its makers reject with an `Error` whose `code` is `target-unusable`, `image-unreadable`, `model-load`,
 /// `model-version` or `internal`.
 #[wasm_bindgen]
-pub struct TargetTemplate(Template);
-
-impl TargetTemplate {
-    pub(crate) fn into_template(self) -> Template {
-        self.0
-    }
-}
+pub struct TargetTemplate(pub(crate) Template);
 
 fn promised(template: impl FnOnce() -> Result<Template, Failure> + 'static) -> Promise {
     settle::promise(async move { template().map(TargetTemplate) })

@@ -91,7 +91,7 @@ impl MeshTracker {
     /// Rejects with an `Error` whose `code` is `target-unusable` or `internal`.
     #[wasm_bindgen(js_name = addTarget, unchecked_return_type = "Promise<void>")]
     pub fn add_target(&self, id: u32, template: TargetTemplate) -> Promise {
-        self.adding((id, false), move || Ok((template.into_template(), training_camera())))
+        self.adding((id, false), move || Ok((template.0, training_camera())))
     }
 
     /// Follows a target no longer.

@@ -1,7 +1,5 @@
 //! `deepsft-lab study cameras`: the same scenes through several cameras (the paper's section on camera intrinsics).
 
-mod figure;
-mod near;
 mod scenes;
 
 use crate::reading;
@@ -11,9 +9,8 @@ use deepsft::Estimator;
 use deepsft_formats::write_file;
 use deepsft_geometry::fitting::{FitOptions, FrameFitter, Start};
 use deepsft_geometry::glam::DVec3;
-use deepsft_geometry::metrics::{FrameMetrics, frame_metrics};
+use deepsft_geometry::metrics::{FrameMetrics, Summary, frame_metrics};
 use deepsft_geometry::{Camera, Maps, Picture, Template};
-use figure::{Figure, figure, mean_and_median};
 use scenes::{NamedCamera, Scenes, cameras, holds};
 use serde::Serialize;
 use std::path::PathBuf;
@@ -28,8 +25,6 @@ its own noise and compression. A scene counts only if all vertices of the sheet 
 
 Errors are over the pixels of the canonical image, registration in its pixels.
 
-A second table is about sheets that wide cameras see whole and the canonical view, which is not zoomed out, does not.
-
 Example, about half an hour on one core:
   deepsft-lab study cameras --model models/poster-a4 --json cameras.json")]
 pub struct CamerasArguments {
@@ -39,9 +34,6 @@ pub struct CamerasArguments {
     /// Scenes
     #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..))]
     scenes: u64,
-    /// Scenes of each wide camera whose sheet is too near for the canonical view
-    #[arg(long, value_name = "N", default_value_t = 40)]
-    near_scenes: u64,
     /// Seed of the scenes; choose one that was not trained on
     #[arg(long, value_name = "S", default_value_t = 71_100_001)]
     seed: u64,
@@ -99,11 +91,8 @@ pub fn run(arguments: &CamerasArguments) -> Result<()> {
         .map(|(named, answers)| Row::of(named, answers))
         .collect();
     print(&rows);
-    let near = near::measured(&arguments.model, arguments.near_scenes, arguments.seed)?;
-    near::print(&near);
     if let Some(path) = &arguments.json {
-        let report = serde_json::json!({ "cameras": rows, "near": near });
-        write_file(path, &serde_json::to_vec_pretty(&report)?)?;
+        write_file(path, &serde_json::to_vec_pretty(&rows)?)?;
     }
     Ok(())
 }
@@ -148,6 +137,19 @@ impl Row {
             fitted: figures(|answer| &answer.fitted),
         }
     }
+}
+
+/// Mean and median over scenes; `None` without any value.
+type Figure = Option<[f64; 2]>;
+
+fn mean_and_median(values: impl Iterator<Item = Option<f64>>) -> Figure {
+    Summary::of(values).map(|summary| [summary.mean, summary.median])
+}
+
+/// A figure as the tables have it.
+fn figure(figure: Figure, decimals: usize) -> String {
+    let both = |[mean, median]: [f64; 2]| format!("{mean:.decimals$} / **{median:.decimals$}**");
+    figure.map_or_else(|| "-".to_owned(), both)
 }
 
 fn print(rows: &[Row]) {

@@ -52,7 +52,6 @@ pub fn run(arguments: &SolidsArguments) -> Result<()> {
         ..SynthConfig::default()
     };
     if arguments.at_rest {
-        config.deformation.max_edge_change.median = 0.0;
         config.deformation.max_edge_change.p95 = 0.0;
     }
     let mut objects = Vec::new();

@@ -23,18 +23,7 @@ impl Target {
         Ok(Self::from_template(Template::thin_shell(picture, width_mm, height_mm)?))
     }
 
-    /// The label of a tin, bottle or tube of `diameter_mm`: a picture that is printed `width_mm` wide and goes around it
-    /// ([`Template::around_cylinder`]). Nothing is trained.
-    ///
-    /// # Errors
-    /// [`DeepSftError::Geometry`] when a length is not positive and finite.
-    pub fn from_label(picture: Picture, width_mm: f64, diameter_mm: f64) -> Result<Self, DeepSftError> {
-        let height_mm = width_mm * picture.height() as f64 / picture.width() as f64;
-        let template = Template::around_cylinder(picture, [width_mm, height_mm], diameter_mm)?;
-        Ok(Self::from_template(template))
-    }
-
-    /// A template. Nothing is trained.
+    /// A template: of the label around a bottle [`Template::around_cylinder`]. Nothing is trained.
     pub fn from_template(template: Template) -> Self {
         Self {
             template,

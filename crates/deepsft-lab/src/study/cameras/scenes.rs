@@ -58,7 +58,7 @@ impl fmt::Display for NamedCamera {
 }
 
 impl NamedCamera {
-    pub fn held(name: &'static str, across: Camera, is_upright: bool) -> Self {
+    fn held(name: &'static str, across: Camera, is_upright: bool) -> Self {
         let upright = across.turned_anticlockwise();
         Self {
             name,
@@ -208,15 +208,9 @@ impl Scenes {
 
 /// Whether all of a mesh is inside a camera's image.
 pub fn holds(camera: &Camera, vertices: &[DVec3]) -> bool {
-    cut_off(camera, vertices) == 0.0
-}
-
-/// The fraction of a mesh's vertices outside a camera's image.
-pub fn cut_off(camera: &Camera, vertices: &[DVec3]) -> f64 {
     let limit = camera.size().as_dvec2();
     let inside = |p: DVec2| p.cmpge(DVec2::ZERO).all() && p.cmple(limit).all();
-    let is_outside = |p: &&DVec3| !camera.project(**p).is_some_and(inside);
-    vertices.iter().filter(is_outside).count() as f64 / vertices.len().max(1) as f64
+    vertices.iter().all(|&p| camera.project(p).is_some_and(inside))
 }
 
 /// With Gaussian noise of this standard deviation, grey levels.
