@@ -27,6 +27,7 @@ import { Screens } from "./screens.js";
  * @property {ImageInput} [picture] what is printed and looked for; more with {@link SceneView.addPicture}
  * @property {number} [widthMm] width of the print, without the paper's margins
  * @property {number} [heightMm] its height
+ * @property {number} [aroundMm] diameter of the tin, bottle or tube that it goes around
  * @property {string} [name] of it, for people
  * @property {string | URL | null} [model] folder of a trained model, whose target is looked for too
  * @property {DeepSft} [sft] an engine of the page's own, which is not closed with the scene; its targets are looked for
@@ -177,14 +178,14 @@ export class SceneView extends EventTarget {
   /** Loads what is looked for, while the person is asked for the camera; called by {@link start}. */
   async load() {
     const { signal } = this.#ending;
-    const { picture, widthMm, heightMm, name, model, load } = this.#options;
+    const { picture, widthMm, heightMm, aroundMm, name, model, load } = this.#options;
     const opening = this.#open();
     opening.catch(() => undefined);
     const sft = this.#options.sft ?? (await DeepSft.load(model, { ...load, signal }));
     this.#sft = sft;
     if (signal.aborted) this.#closeEngine();
     signal.throwIfAborted();
-    if (picture !== undefined) await this.addPicture(picture, { widthMm, heightMm, name });
+    if (picture !== undefined) await this.addPicture(picture, { widthMm, heightMm, aroundMm, name });
     // What fails is told once whoever started it listens.
     setTimeout(() => void this.#run(opening));
   }

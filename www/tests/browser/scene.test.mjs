@@ -3,7 +3,6 @@
 
 import assert from "node:assert/strict";
 import { mkdir, mkdtemp, rm, writeFile } from "node:fs/promises";
-import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { build } from "vite";
@@ -11,6 +10,7 @@ import { build } from "vite";
 import { ROOT, WWW } from "../../serve.mjs";
 import { SLOW_MS, launch, openDemo } from "../support/browser.mjs";
 import { makeClip } from "../support/clips.mjs";
+import { made } from "../support/native.mjs";
 import { decodePng } from "../support/png.mjs";
 import { TrueSheet, inPose } from "../support/true-sheet.mjs";
 
@@ -20,15 +20,13 @@ const SCALE = 640 / 960;
 /** A hand: a grey disc of so many pixels of the clip around its sheet's middle. */
 const HAND = 90;
 
-let folder;
 let clip;
 let sheet;
 let browser;
 
 before(
   async () => {
-    folder = await mkdtemp(join(tmpdir(), "deepsft-scene-"));
-    clip = await makeClip(join(folder, "clip"), { event: "motion", frames: 1, seed: 9_700_049, scale: 2 });
+    clip = await makeClip({ event: "motion", frames: 1, seed: 9_700_049, scale: 2 });
     sheet = new TrueSheet(clip.frames[0].vertices, clip.camera);
     browser = await launch({ webgpu: false, testCameras: 1 });
   },
@@ -36,7 +34,6 @@ before(
 );
 after(async () => {
   await browser?.close();
-  await rm(folder, { recursive: true, force: true });
 });
 
 /** On the page: `scene`, the package; `source`, what it looks at: the picture, a hand before it (`source.hand`), or nothing (`source.grey`). */
@@ -70,12 +67,12 @@ async function prepare({ png, camera, place, hand }) {
 }
 
 /** @param {(shown: { page: import("playwright-core").Page, shot: (name?: string) => Promise<object>, demo: object }) => Promise<void>} body */
-async function onScene(body, options = {}) {
+async function onScene(body, options = {}, shown = clip) {
   const demo = await openDemo(browser, { path: "/tests/support/scene.html", device: { viewport: { width: 640, height: 360 } }, ...options });
   const { page } = demo;
   try {
     const [x, y] = sheet.project(sheet.at(0.5, 0.5));
-    await page.evaluate(prepare, { png: clip.frames[0].png.toString("base64"), camera: clip.camera, place: [x, y], hand: HAND });
+    await page.evaluate(prepare, { png: shown.frames[0].png.toString("base64"), camera: shown.camera, place: [x, y], hand: HAND });
     const shot = async (name) => {
       if (name) await demo.screenshot(`scene-${name}`);
       return decodePng(await page.screenshot());
@@ -159,6 +156,47 @@ test("a print lies on the sheet, hands cover it, and it goes when the sheet is l
     assert.deepEqual(await page.evaluate(() => [document.querySelector("#ar").childElementCount, ar.closed]), [0, true]);
   }),
 );
+
+test("a print goes around a tube, and what is behind it is not seen through it", { timeout: SLOW_MS }, async () => {
+  const size = { widthMm: 297, heightMm: 210, aroundMm: 91.4 };
+  const template = await made("template", "new", "--image", { input: join(ROOT, PICTURE) }, "--size-mm", "297x210", "--around-mm", String(size.aroundMm));
+  const tube = await makeClip({ event: "motion", frames: 1, seed: 9_000_001, scale: 2, template });
+  await onScene(
+    async ({ page, shot }) => {
+      const [uv, faces] = await page.evaluate(async (size) => {
+        globalThis.ar = await startScene(size);
+        const canvas = Object.assign(document.createElement("canvas"), { width: 64, height: 64 });
+        const pen = canvas.getContext("2d");
+        for (const [i, color] of ["#e040e0", "#40e040"].entries()) Object.assign(pen, { fillStyle: color }).fillRect(32 * i, 0, 32, 64);
+        await ar.sheet().print(canvas);
+        await until(() => ar.sheet().visible);
+        await drawn(ar, 8);
+        const { textureCoordinates, faces } = ar.sheet().target.mesh;
+        return [[...textureCoordinates], [...faces]];
+      }, size);
+      const { vertices } = tube.frames[0];
+      const corner = (v) => [0, 1, 2].map((axis) => vertices[3 * v + axis]);
+      const minus = (a, b) => a.map((value, axis) => value - b[axis]);
+      const dot = (a, b) => a.reduce((sum, value, axis) => sum + value * b[axis], 0);
+      const picture = await shot("tube");
+      let [right, all] = [0, 0];
+      for (let f = 0; f < faces.length; f += 3) {
+        const [a, b, c] = [0, 1, 2].map((k) => corner(faces[f + k]));
+        const [p, q] = [minus(b, a), minus(c, a)];
+        const normal = [p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]];
+        // It looks at the camera, and lies on one half of the print.
+        const u = uv[2 * faces[f]];
+        if (dot(normal, a) > -0.4 * Math.hypot(...normal) * Math.hypot(...a) || Math.abs(u - 0.5) < 0.06 || u < 0.03 || u > 0.93) continue;
+        all++;
+        if ((u < 0.5 ? isMagenta : isGreen)(colorOf(picture, a))) right++;
+      }
+      assert.ok(all > 200 && right > 0.9 * all, `${right} of ${all} places have their colour`);
+      await page.evaluate(() => ar.close());
+    },
+    {},
+    tube,
+  );
+});
 
 test("an object stands on the sheet in the light of its paper, casts a shadow on it, and hands hide it", { timeout: SLOW_MS }, () =>
   onScene(async ({ page, shot }) => {

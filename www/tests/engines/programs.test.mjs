@@ -1,8 +1,7 @@
 // The three programs of www/README.md as they stand there, in three browser engines, before a camera that shows a printed page.
 
 import assert from "node:assert/strict";
-import { mkdir, mkdtemp, readFile, rm, writeFile } from "node:fs/promises";
-import { tmpdir } from "node:os";
+import { mkdir, readFile, writeFile } from "node:fs/promises";
 import { join } from "node:path";
 import { after, before, describe, test } from "node:test";
 
@@ -22,15 +21,13 @@ const SCALE = 640 / 960;
 const LARGER = 297 / 210;
 const BOX_M = 0.06;
 
-let folder;
 let clip;
 let sheet;
 let server;
 
 before(
   async () => {
-    folder = await mkdtemp(join(tmpdir(), "deepsft-programs-"));
-    clip = await makeClip(join(folder, "clip"), { event: "motion", frames: 1, seed: 9_700_049, scale: 2 });
+    clip = await makeClip({ event: "motion", frames: 1, seed: 9_700_049, scale: 2 });
     sheet = new TrueSheet(clip.frames[0].vertices, clip.camera);
     const [print, film] = await Promise.all([join(MODEL, "template", "texture.png"), join(WWW, "demo", "clip.webm")].map((path) => readFile(path)));
     server = await servePrograms({ "camera.png": clip.frames[0].png, "poster.jpg": print, "page.jpg": print, "film.mp4": film, "dragon.glb": turningBox(BOX_M) });
@@ -41,7 +38,6 @@ before(
 after(async () => {
   await server?.close();
   await closeScreen();
-  await rm(folder, { recursive: true, force: true });
 });
 
 /** What of a picture of the page shows a point of the camera's frame. */
