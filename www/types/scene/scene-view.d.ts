@@ -28,6 +28,10 @@ export type SceneOptions = {
      */
     heightMm?: number;
     /**
+     * diameter of the tin, bottle or tube that it goes around
+     */
+    aroundMm?: number;
+    /**
      * of it, for people
      */
     name?: string;
