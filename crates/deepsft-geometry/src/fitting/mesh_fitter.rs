@@ -218,11 +218,11 @@ impl MeshFitter {
         })
     }
 
-    /// The mesh at rest, where `vertices` are that the image confirms.
+    /// The mesh at rest, where `vertices` are that the image confirms, or all where it confirms none.
     pub(crate) fn rigid(&self, vertices: &[DVec3], confidence: &[f32]) -> Vec<DVec3> {
         let rest = self.template.mesh().vertices();
         let pairs = rest.iter().zip(vertices).zip(confidence);
-        let pairs = pairs.map(|((&p, &q), &confidence)| (p, q, f64::from(confidence)));
+        let pairs = pairs.map(|((&p, &q), &confidence)| (p, q, f64::from(confidence) + 1e-3));
         let motion = RigidMotion::align(pairs, RigidMotion::IDENTITY);
         rest.iter().map(|&p| motion.apply(p)).collect()
     }

@@ -147,10 +147,19 @@ fn a_box_is_followed_while_its_sides_come_into_view_and_leave_and_bends_once_the
         };
         let truth = scene.vertices(bend, [turn, -0.4], AWAY);
         let maps = scene.maps(&truth);
-        let picture = TrackerImage::of(&scene.picture(&maps));
+        let mut picture = scene.picture(&maps);
+        let is_missed = frame == 25;
+        if is_missed {
+            picture = Picture::from_fn(480, 270, |_, _| [90; 3]);
+        }
+        let picture = TrackerImage::of(&picture);
         let tracked = tracker.follow(frame, time_s, &picture, &scene.camera).unwrap();
         if frame == 0 {
             assert_eq!(tracker.update(0, Some(&truth)).unwrap(), TrackUpdate::Started);
+            continue;
+        }
+        assert_eq!(tracked.held, is_missed, "{frame}");
+        if is_missed {
             continue;
         }
         let surface = tracked.surface.as_ref().unwrap();
