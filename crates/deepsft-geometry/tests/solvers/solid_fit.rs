@@ -104,7 +104,6 @@ fn a_box_that_is_not_bent_keeps_its_shape_and_a_bent_one_does_not() {
     let scene = Scene::new();
     let focal = scene.camera.focal() * 2.0;
     let camera = Camera::pinhole((960, 540), focal, DVec2::new(480.0, 270.0)).unwrap();
-    let rest = scene.template.mesh().vertices();
     for (radius, is_rigid) in [(1e6, true), (700.0, false)] {
         let truth = scene.vertices(radius, [0.7, -0.5], AWAY);
         let image = |camera| scene.picture(&VisibleSurface::new(scene.template.mesh(), &truth, camera).maps());
