@@ -37,7 +37,7 @@ export function cameraError(error) {
         "The camera was not allowed. Allow it for this site in the settings of the browser, then try again.",
       );
     case "NotFoundError":
-      return explained("camera-not-found", "No camera was found. Plug one in, or use the clip or an image.");
+      return explained("camera-not-found", "No camera was found. Plug one in and try again.");
     case "NotReadableError":
     case "AbortError":
       return explained("camera-busy", "The camera is in use by another program or tab, or failed to start.");
