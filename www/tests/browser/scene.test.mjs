@@ -59,10 +59,17 @@ async function prepare({ png, camera, place, hand }) {
     while (!(await isSo())) await new Promise((resolve) => setTimeout(resolve, 50));
   };
   const drawn = (ar, count) => new Promise((resolve) => ar.addEventListener("frame", () => count-- === 0 && resolve()));
+  /** Magenta on the left, green on the right. */
+  const halves = () => {
+    const canvas = Object.assign(document.createElement("canvas"), { width: 64, height: 64 });
+    const pen = canvas.getContext("2d");
+    for (const [i, color] of ["#e040e0", "#40e040"].entries()) Object.assign(pen, { fillStyle: color }).fillRect(32 * i, 0, 32, 64);
+    return canvas;
+  };
   const errors = [];
   addEventListener("error", ({ message }) => errors.push(message));
   addEventListener("unhandledrejection", ({ reason }) => errors.push(String(reason)));
-  Object.assign(globalThis, { source, until, drawn, errors, scene: await import("deepsft/scene"), three: await import("three") });
+  Object.assign(globalThis, { source, until, drawn, halves, errors, scene: await import("deepsft/scene"), three: await import("three") });
   globalThis.startScene = (options) => scene.start("#ar", { picture: "/models/poster-a4/template/texture.png", widthMm: 297, source: frames(), camera, ...options });
 }
 
@@ -110,11 +117,7 @@ test("a print lies on the sheet, hands cover it, and it goes when the sheet is l
       globalThis.ar = await startScene();
       globalThis.told = [];
       for (const name of ["found", "lost"]) ar.addEventListener(name, ({ type, detail }) => told.push([type, detail.sheet === ar.sheet()]));
-      // Magenta on the left, green on the right.
-      const canvas = Object.assign(document.createElement("canvas"), { width: 64, height: 64 });
-      const pen = canvas.getContext("2d");
-      for (const [i, color] of ["#e040e0", "#40e040"].entries()) Object.assign(pen, { fillStyle: color }).fillRect(32 * i, 0, 32, 64);
-      await ar.sheet().print(canvas);
+      await ar.sheet().print(halves());
       await until(() => ar.sheet().visible);
       await drawn(ar, 8);
     });
@@ -165,10 +168,7 @@ test("a print goes around a tube, and what is behind it is not seen through it",
     async ({ page, shot }) => {
       const [uv, faces] = await page.evaluate(async (size) => {
         globalThis.ar = await startScene(size);
-        const canvas = Object.assign(document.createElement("canvas"), { width: 64, height: 64 });
-        const pen = canvas.getContext("2d");
-        for (const [i, color] of ["#e040e0", "#40e040"].entries()) Object.assign(pen, { fillStyle: color }).fillRect(32 * i, 0, 32, 64);
-        await ar.sheet().print(canvas);
+        await ar.sheet().print(halves());
         await until(() => ar.sheet().visible);
         await drawn(ar, 8);
         const { textureCoordinates, faces } = ar.sheet().target.mesh;
