@@ -149,11 +149,8 @@ function trueRing(sheet) {
   const pose = sheet.pose(0.5, 0.5);
   const depths = sheet.depths();
   const [shown, hidden, other] = [0, 1, 2].map(() => new Uint8Array(width * height));
-  const { origin } = pose;
-  const put = ([a, b, c], isContent) => {
-    // As inPose, for as many points as here.
-    const point = [0, 1, 2].map((k) => origin[k] + a * pose.x[k] + b * pose.y[k] + c * pose.z[k]);
-    const [x, y, z] = sheet.project(point);
+  const put = (point, isContent) => {
+    const [x, y, z] = sheet.project(inPose(pose, point));
     const pixel = Math.floor(y) * width + Math.floor(x);
     const behind = z - depths[pixel];
     (Math.abs(behind) < NEAR_MM || !isContent ? other : behind > 0 ? hidden : shown)[pixel] = 1;

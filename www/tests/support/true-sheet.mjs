@@ -8,7 +8,6 @@ const [COLUMNS, ROWS] = [31, 22];
 const minus = (a, b) => a.map((x, k) => x - b[k]);
 const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 const times = (a, s) => a.map((x) => x * s);
-const plus = (...vectors) => vectors.reduce((sum, a) => sum.map((x, k) => x + a[k]));
 const unit = (a) => times(a, 1 / Math.hypot(...a));
 const cross = ([a, b, c], [d, e, f]) => [b * f - c * e, c * d - a * f, a * e - b * d];
 
@@ -66,4 +65,4 @@ export class TrueSheet {
 }
 
 /** A point given in a pose's axes. */
-export const inPose = ({ origin, x, y, z }, [a, b, c]) => plus(origin, times(x, a), times(y, b), times(z, c));
+export const inPose = ({ origin, x, y, z }, [a, b, c]) => [0, 1, 2].map((k) => origin[k] + a * x[k] + b * y[k] + c * z[k]);

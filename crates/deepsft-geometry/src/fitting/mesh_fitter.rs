@@ -22,8 +22,8 @@ pub(crate) const WINDOW_PX: f32 = 8.0;
 /// The same as a multiple of the blur: a window hardly wider than the blur would leave nothing to compare.
 const WINDOW_BLURS: f32 = 3.0;
 
-/// How much higher the correlation of a solid must be where it may bend, or it keeps its rest shape. Of 22 frames of a box and a tube at
-/// rest it was at most 0.011 higher, of 21 frames in which they are bent 0.003, 0.011 and from 0.025 on.
+/// How much higher the correlation of a solid must be where it may bend, or it keeps its rest shape. In close-ups of 21 frames of a box and
+/// a tube at rest it was at most 0.011 higher (a rigidity of 100), of 21 in which they are bent 0.003, 0.011 and from 0.023 on.
 const BENT: f64 = 0.012;
 
 /// Steps of a rigid motion in a round of a solid.
