@@ -3,6 +3,8 @@
 import { VERSION } from "./version.js";
 
 const SCRIPT = "service-worker.js";
+/** After so long a newer version that could not take over, for another window was there, is asked again. */
+const AGAIN_MS = 3000;
 
 /**
  * Where there is a version to keep, and the person does not save data.
@@ -17,8 +19,12 @@ export function workOffline() {
   if (VERSION === null || !workers || connection?.saveData) return () => undefined;
   /** @type {ServiceWorkerRegistration | null} */
   let registration = null;
+  let timer = 0;
   const update = () => {
-    if (document.body.dataset.view === "start") registration?.waiting?.postMessage("take-over");
+    clearTimeout(timer);
+    if (document.body.dataset.view !== "start" || !registration?.waiting) return;
+    registration.waiting.postMessage("take-over");
+    timer = window.setTimeout(update, AGAIN_MS);
   };
   const register = async () => {
     registration = await workers.register(SCRIPT, { updateViaCache: "none" });

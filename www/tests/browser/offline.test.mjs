@@ -153,7 +153,7 @@ test("a version of which a file is missing or another is not taken", { timeout: 
   });
 });
 
-test("two windows keep their version until both are closed", { timeout: SLOW_MS }, async () => {
+test("two windows keep their version until one is closed", { timeout: SLOW_MS }, async () => {
   const pages = [await visit()];
   await kept(pages[0]);
   pages.push(await visit());
@@ -165,9 +165,8 @@ test("two windows keep their version until both are closed", { timeout: SLOW_MS 
   // What would take its place has been told to by now, and would have.
   await pages[1].evaluate(() => new Promise((resolve) => setTimeout(resolve, 500)));
   for (const page of pages) assert.equal(await versionOf(page), first);
-  for (const page of pages) await page.close();
-  const later = await visit();
-  await isOf(later, version);
+  await pages[0].close();
+  await isOf(pages[1], version);
 });
 
 test("the development server keeps nothing, and lets go of a site that was there", { timeout: SLOW_MS }, async () => {
