@@ -97,6 +97,12 @@ impl Correlation {
         self.whole * self.points as f64
     }
 
+    /// Correlation times the root of the points compared: how far it is from chance. A mesh that hides what the image contradicts
+    /// has a higher correlation, of fewer points.
+    pub(crate) fn significance(&self) -> f64 {
+        self.whole * (self.points as f64).sqrt()
+    }
+
     /// Compares what the print shows at `points` with the image where the mesh at `vertices` (camera frame) puts them.
     pub(crate) fn of(
         mesh: &TriangleMesh,

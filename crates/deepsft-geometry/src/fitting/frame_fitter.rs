@@ -3,6 +3,7 @@
 use super::close_up::{CloseUp, close_ups, fit_through};
 use super::coarse_fitter::CoarseFitter;
 use super::deviations::deviations;
+use super::low_modes::{likeliest_pose, likeliest_shape};
 use super::measurements::measurements_of_mesh;
 use super::mesh_fitter::{FitRound, Resolution};
 use super::mode_hops::{MIN_PROMISING, best_of_mode_hops};
@@ -138,9 +139,18 @@ impl FrameFitter {
         camera: &Camera,
         mut surface: Surface,
     ) -> Result<Surface, GeometryError> {
-        let fine = &self.coarse.mesh_fitter.fine;
         check_size(image.size(), camera.size())?;
-        check_start(&surface.vertices_camera, fine.mesh.vertices().len())?;
+        check_start(
+            &surface.vertices_camera,
+            self.coarse.mesh_fitter.fine.mesh.vertices().len(),
+        )?;
+        let canonical = CloseUp::new(image, camera, surface.camera, 1.0)?;
+        let fitter = &mut self.coarse.mesh_fitter;
+        match fitter.template.is_sheet() {
+            true => likeliest_shape(fitter, &canonical, &mut surface)?,
+            false => likeliest_pose(fitter, &canonical, &mut surface)?,
+        }
+        let fine = &self.coarse.mesh_fitter.fine;
         // What the image shows nothing of stays about where it was.
         let measured = measurements_of_mesh(&fine.mesh, &surface.vertices_camera, &surface.camera);
         let worth = self.coarse.worth();
@@ -167,8 +177,7 @@ impl FrameFitter {
         if !self.coarse.mesh_fitter.template.is_sheet() {
             return Ok(surface);
         }
-        let canonical = || CloseUp::new(image, camera, surface.camera, 1.0);
-        let last = close_ups.pop().map_or_else(canonical, Ok)?;
+        let last = close_ups.pop().unwrap_or(canonical);
         surface.deviations = deviations(&mut self.coarse.mesh_fitter, &last, &surface)?;
         Ok(surface)
     }

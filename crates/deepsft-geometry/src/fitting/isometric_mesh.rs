@@ -190,6 +190,16 @@ impl IsometricMesh {
         self.solver.covariances(&all, vertices)
     }
 
+    /// As [`MeshSolver::softest_modes`], with `terms`, isometry and bending: of a sheet.
+    pub(crate) fn softest_modes<const N: usize>(
+        &mut self,
+        terms: &[&dyn Energy],
+        vertices: &[DVec3],
+    ) -> Option<[(Vec<DVec3>, f64); N]> {
+        let all = self.structure.with(Stiffness::WHOLE, terms);
+        self.solver.softest_modes(&all, vertices)
+    }
+
     /// As [`IsometricMesh::solve`], with this stiffness.
     pub(crate) fn solve_with(
         &mut self,

@@ -24,6 +24,7 @@ mod differential;
 mod frame_fitter;
 mod grid_interpolation;
 mod isometric_mesh;
+mod low_modes;
 mod measurements;
 pub(crate) mod mesh_fitter;
 mod mode_hops;

@@ -5,6 +5,7 @@
 mod printed_box;
 
 mod arap_completion;
+mod close_ups;
 mod fitting;
 mod maps_completion;
 mod mesh_solver;

@@ -51,3 +51,19 @@ pub fn image(template: &Template, truth: &Maps) -> Picture {
         color.map(|c| (light * c + 10.0) as u8)
     })
 }
+
+/// The sheet with its right fifth folded away by `angle` over a strip of 20 mm, or towards the camera where it is negative, turned to the left
+/// by 11 degrees: an isometry.
+pub fn folded(template: &Template, angle: f64) -> Vec<DVec3> {
+    let (begin, radius, turn) = (90.0, 20.0, 0.2_f64);
+    let place = |p: &DVec3| {
+        let along = p.x - begin;
+        let bent = (along / radius).clamp(0.0, angle.abs());
+        let straight = (along - angle.abs() * radius).max(0.0);
+        let x = begin + along.min(0.0) + radius * bent.sin() + straight * angle.cos();
+        let z = angle.signum() * (radius * (1.0 - bent.cos()) + straight * angle.abs().sin());
+        let (x, z) = (x * turn.cos() + z * turn.sin(), z * turn.cos() - x * turn.sin());
+        DVec3::new(x, p.y, z + 450.0)
+    };
+    template.mesh().vertices().iter().map(place).collect()
+}

@@ -1,0 +1,182 @@
+//! Low-mode search: other shapes and poses that look almost the same, a folded corner, a bend or a tilt the other way.
+
+use super::close_up::CloseUp;
+use super::mesh_fitter::{FitRound, Fitted, MeshFitter, Resolution};
+use super::observation::Observation;
+use crate::error::GeometryError;
+use crate::surface::Surface;
+use glam::{DQuat, DVec3};
+
+/// Modes along which other shapes are looked for, the softest ones.
+const MODES: usize = 4;
+
+/// How far from the fit other shapes are begun, standard deviations of the mode.
+const DEVIATIONS: f64 = 6.0;
+
+/// Blurs of the rounds from there, pixels of the canonical image.
+const BLURS_PX: [f32; 2] = [6.0, 1.2];
+
+/// Solver steps of a round.
+const STEPS: usize = 8;
+
+/// Steps of a rigid motion in a round.
+const RIGID_STEPS: usize = 10;
+
+/// Times that all modes are gone through.
+const SWEEPS: usize = 2;
+
+/// How many times more significant a shape has to be to be taken.
+const MORE: f64 = 1.005;
+
+/// How many times the energy of the fit it may have: a shape that the image confirms a little more, but that is bent much more, is not likelier.
+const MOST_ENERGY: f64 = 1.1;
+
+/// Confidence of a vertex from which the image around it says how soft a mode is.
+const TRUSTED: f64 = 0.3;
+
+/// Mean distance of vertices within which two shapes are one, a fraction of the print's longer side.
+const SAME_SHAPE: f64 = 0.004;
+
+/// Least depth of a vertex of a start, mm.
+const LEAST_DEPTH_MM: f64 = 20.0;
+
+/// Takes the sheet of `surface`, seen in `close_up`, to the shape that the image confirms most. Shapes are begun far out along
+/// the softest modes of the fit, where the image and the sheet's stiffness hold it least, and fitted anew: the low-mode
+/// search of Kolossvary and Guida (1996), which finds conformations of molecules.
+pub(super) fn likeliest_shape(
+    fitter: &mut MeshFitter,
+    close_up: &CloseUp,
+    surface: &mut Surface,
+) -> Result<(), GeometryError> {
+    let observation = Observation::new(&close_up.grey, &close_up.camera)?;
+    let [.., last_blur] = BLURS_PX;
+    let side = fitter.template.size_mm().max_element();
+    let start = fitter.coarse_vertices(&surface.vertices_camera);
+    let mut best = fitter.round(observation, &start, &round(last_blur), &[])?;
+    let mut is_other = false;
+    for _ in 0..SWEEPS {
+        let mut is_better = false;
+        for (mode, deviation) in softest_modes(fitter, observation, &best)? {
+            for way in [-DEVIATIONS * deviation, DEVIATIONS * deviation] {
+                let there = best.vertices.iter().zip(&mode).map(|(p, motion)| *p + way * *motion);
+                let there: Vec<DVec3> = there.collect();
+                if there.iter().any(|p| p.z < LEAST_DEPTH_MM) {
+                    continue;
+                }
+                let mut other = Fitted::unmoved(there);
+                for blur in BLURS_PX {
+                    other = fitter.round(observation, &other.vertices, &round(blur), &[])?;
+                    if other.distance(&best.vertices) < SAME_SHAPE * side {
+                        break;
+                    }
+                }
+                let is_other = other.distance(&best.vertices) >= SAME_SHAPE * side;
+                let is_likelier = other.correlation.significance() > MORE * best.correlation.significance();
+                if is_other && is_likelier && other.energy < MOST_ENERGY * best.energy {
+                    (best, is_better) = (other, true);
+                }
+            }
+        }
+        is_other |= is_better;
+        if !is_better {
+            break;
+        }
+    }
+    if is_other {
+        let fine = FitRound {
+            resolution: Resolution::Fine,
+            ..round(last_blur)
+        };
+        let fitted = fitter.round(observation, &fitter.fine_vertices(&best.vertices), &fine, &[])?;
+        take(surface, fitted);
+    }
+    Ok(())
+}
+
+/// Takes a solid to the other pose that looks almost the same, where the image confirms that more: of one flat side, far away, an image shows how
+/// much it is tilted, and hardly which way (the two poses of a plane: Schweighofer and Pinz 2006).
+pub(super) fn likeliest_pose(
+    fitter: &mut MeshFitter,
+    close_up: &CloseUp,
+    surface: &mut Surface,
+) -> Result<(), GeometryError> {
+    let observation = Observation::new(&close_up.grey, &close_up.camera)?;
+    let start = fitter.rigid(&surface.vertices_camera, &surface.confidence);
+    let tilted = tilted_the_other_way(fitter.fine.mesh.faces(), &start, &surface.confidence);
+    let mut moved = |start: Vec<DVec3>| {
+        BLURS_PX.iter().try_fold(Fitted::unmoved(start), |fitted, &blur| {
+            let rigid = FitRound {
+                rigid_steps: RIGID_STEPS,
+                steps: 0,
+                ..round(blur)
+            };
+            fitter.round(observation, &fitted.vertices, &rigid, &[])
+        })
+    };
+    let (own, other) = (moved(start)?, moved(tilted)?);
+    if other.correlation.significance() > MORE * own.correlation.significance() {
+        take(surface, other);
+    }
+    Ok(())
+}
+
+/// The vertices turned about the middle of what is seen of them, such that its normal lies as far on the other side of the line of sight.
+fn tilted_the_other_way(faces: &[[usize; 3]], vertices: &[DVec3], confidence: &[f32]) -> Vec<DVec3> {
+    let (mut centre, mut normal, mut total) = (DVec3::ZERO, DVec3::ZERO, 0.0);
+    for &[a, b, c] in faces {
+        let doubled = (vertices[b] - vertices[a]).cross(vertices[c] - vertices[a]);
+        let middle = (vertices[a] + vertices[b] + vertices[c]) / 3.0;
+        let seen = f64::from(confidence[a].min(confidence[b]).min(confidence[c]));
+        let weight = seen * doubled.length();
+        centre += weight * middle;
+        normal -= seen * doubled.dot(middle).signum() * doubled;
+        total += weight;
+    }
+    let (centre, normal) = (centre / f64::max(total, f64::MIN_POSITIVE), normal.normalize_or_zero());
+    let sight = centre.normalize_or_zero();
+    let other = 2.0 * normal.dot(sight) * sight - normal;
+    if normal == DVec3::ZERO || sight == DVec3::ZERO {
+        return vertices.to_vec();
+    }
+    let turn = DQuat::from_rotation_arc(normal, other.normalize());
+    vertices.iter().map(|p| centre + turn * (p - centre)).collect()
+}
+
+/// Makes the surface what was fitted.
+fn take(surface: &mut Surface, fitted: Fitted) {
+    surface.vertices_camera = fitted.vertices;
+    surface.verdict = fitted.correlation.verdict(surface.verdict.ambiguity);
+    surface.confidence = fitted.correlation.confidence;
+    if !surface.is_hidden.is_empty() {
+        surface.is_hidden = fitted.correlation.is_hidden;
+    }
+}
+
+fn round(blur: f32) -> FitRound<'static> {
+    FitRound {
+        border: true,
+        ..FitRound::new(blur, STEPS)
+    }
+}
+
+/// The softest modes of the coarse mesh where `found` has it, each with its standard deviation. None where there is no telling.
+fn softest_modes(
+    fitter: &mut MeshFitter,
+    observation: Observation<'_>,
+    found: &Fitted,
+) -> Result<Vec<(Vec<DVec3>, f64)>, GeometryError> {
+    let [.., blur] = BLURS_PX;
+    let there = FitRound {
+        steps: 0,
+        trusted: Some((&found.correlation.confidence, TRUSTED)),
+        ..round(blur)
+    };
+    let (_, modes) = fitter.round_and(
+        observation,
+        &found.vertices,
+        &there,
+        &[],
+        |isometric, (_, terms), vertices| isometric.softest_modes::<MODES>(terms, vertices),
+    )?;
+    Ok(modes.map_or_else(Vec::new, Vec::from))
+}
