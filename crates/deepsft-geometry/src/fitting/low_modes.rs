@@ -114,7 +114,7 @@ pub(super) fn likeliest_pose(
         })
     };
     let (own, other) = (moved(start)?, moved(tilted)?);
-    if other.correlation.significance() > MORE * own.correlation.significance() {
+    if other.confirms_more_than(&own) {
         take(surface, other);
     }
     Ok(())
