@@ -114,7 +114,8 @@ pub(super) fn likeliest_pose(
         })
     };
     let (own, other) = (moved(start)?, moved(tilted)?);
-    if other.confirms_more_than(&own) {
+    let is_likelier = other.correlation.significance() > MORE * own.correlation.significance();
+    if is_likelier && other.correlation.whole > own.correlation.whole {
         take(surface, other);
     }
     Ok(())
