@@ -3,7 +3,7 @@
 use super::close_up::{CloseUp, close_ups, fit_through};
 use super::coarse_fitter::CoarseFitter;
 use super::deviations::deviations;
-use super::low_modes::{likeliest_pose, likeliest_shape};
+use super::low_modes::likeliest_shape;
 use super::measurements::measurements_of_mesh;
 use super::mesh_fitter::{FitRound, Resolution};
 use super::mode_hops::{MIN_PROMISING, best_of_mode_hops};
@@ -144,11 +144,11 @@ impl FrameFitter {
             &surface.vertices_camera,
             self.coarse.mesh_fitter.fine.mesh.vertices().len(),
         )?;
-        let canonical = CloseUp::new(image, camera, surface.camera, 1.0)?;
-        let fitter = &mut self.coarse.mesh_fitter;
-        match fitter.template.is_sheet() {
-            true => likeliest_shape(fitter, &canonical, &mut surface)?,
-            false => likeliest_pose(fitter, &canonical, &mut surface)?,
+        let is_sheet = self.coarse.mesh_fitter.template.is_sheet();
+        let canonical = is_sheet.then(|| CloseUp::new(image, camera, surface.camera, 1.0));
+        let canonical = canonical.transpose()?;
+        if let Some(canonical) = &canonical {
+            likeliest_shape(&mut self.coarse.mesh_fitter, canonical, &mut surface)?;
         }
         let fine = &self.coarse.mesh_fitter.fine;
         // What the image shows nothing of stays about where it was.
@@ -174,9 +174,9 @@ impl FrameFitter {
             }
         }
         // Of a solid no deviation is stated: how often they would hold has not been measured.
-        if !self.coarse.mesh_fitter.template.is_sheet() {
+        let Some(canonical) = canonical else {
             return Ok(surface);
-        }
+        };
         let last = close_ups.pop().unwrap_or(canonical);
         surface.deviations = deviations(&mut self.coarse.mesh_fitter, &last, &surface)?;
         Ok(surface)

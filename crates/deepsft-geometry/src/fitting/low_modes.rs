@@ -1,11 +1,11 @@
-//! Low-mode search: other shapes and poses that look almost the same, a folded corner, a bend or a tilt the other way.
+//! Low-mode search: other shapes that look almost the same, a folded corner or a bend the other way.
 
 use super::close_up::CloseUp;
 use super::mesh_fitter::{FitRound, Fitted, MeshFitter, Resolution};
 use super::observation::Observation;
 use crate::error::GeometryError;
 use crate::surface::Surface;
-use glam::{DQuat, DVec3};
+use glam::DVec3;
 
 /// Modes along which other shapes are looked for, the softest ones.
 const MODES: usize = 4;
@@ -18,9 +18,6 @@ const BLURS_PX: [f32; 2] = [6.0, 1.2];
 
 /// Solver steps of a round.
 const STEPS: usize = 8;
-
-/// Steps of a rigid motion in a round.
-const RIGID_STEPS: usize = 10;
 
 /// Times that all modes are gone through.
 const SWEEPS: usize = 2;
@@ -88,69 +85,14 @@ pub(super) fn likeliest_shape(
             ..round(last_blur)
         };
         let fitted = fitter.round(observation, &fitter.fine_vertices(&best.vertices), &fine, &[])?;
-        take(surface, fitted);
+        surface.vertices_camera = fitted.vertices;
+        surface.verdict = fitted.correlation.verdict(surface.verdict.ambiguity);
+        surface.confidence = fitted.correlation.confidence;
+        if !surface.is_hidden.is_empty() {
+            surface.is_hidden = fitted.correlation.is_hidden;
+        }
     }
     Ok(())
-}
-
-/// Takes a solid to the other pose that looks almost the same, where the image confirms that more: of one flat side, far away, an image shows how
-/// much it is tilted, and hardly which way (the two poses of a plane: Schweighofer and Pinz 2006).
-pub(super) fn likeliest_pose(
-    fitter: &mut MeshFitter,
-    close_up: &CloseUp,
-    surface: &mut Surface,
-) -> Result<(), GeometryError> {
-    let observation = Observation::new(&close_up.grey, &close_up.camera)?;
-    let start = fitter.rigid(&surface.vertices_camera, &surface.confidence);
-    let tilted = tilted_the_other_way(fitter.fine.mesh.faces(), &start, &surface.confidence);
-    let mut moved = |start: Vec<DVec3>| {
-        BLURS_PX.iter().try_fold(Fitted::unmoved(start), |fitted, &blur| {
-            let rigid = FitRound {
-                rigid_steps: RIGID_STEPS,
-                steps: 0,
-                ..round(blur)
-            };
-            fitter.round(observation, &fitted.vertices, &rigid, &[])
-        })
-    };
-    let (own, other) = (moved(start)?, moved(tilted)?);
-    let is_likelier = other.correlation.significance() > MORE * own.correlation.significance();
-    if is_likelier && other.correlation.whole > own.correlation.whole {
-        take(surface, other);
-    }
-    Ok(())
-}
-
-/// The vertices turned about the middle of what is seen of them, such that its normal lies as far on the other side of the line of sight.
-fn tilted_the_other_way(faces: &[[usize; 3]], vertices: &[DVec3], confidence: &[f32]) -> Vec<DVec3> {
-    let (mut centre, mut normal, mut total) = (DVec3::ZERO, DVec3::ZERO, 0.0);
-    for &[a, b, c] in faces {
-        let doubled = (vertices[b] - vertices[a]).cross(vertices[c] - vertices[a]);
-        let middle = (vertices[a] + vertices[b] + vertices[c]) / 3.0;
-        let seen = f64::from(confidence[a].min(confidence[b]).min(confidence[c]));
-        let weight = seen * doubled.length();
-        centre += weight * middle;
-        normal -= seen * doubled.dot(middle).signum() * doubled;
-        total += weight;
-    }
-    let (centre, normal) = (centre / f64::max(total, f64::MIN_POSITIVE), normal.normalize_or_zero());
-    let sight = centre.normalize_or_zero();
-    let other = 2.0 * normal.dot(sight) * sight - normal;
-    if normal == DVec3::ZERO || sight == DVec3::ZERO {
-        return vertices.to_vec();
-    }
-    let turn = DQuat::from_rotation_arc(normal, other.normalize());
-    vertices.iter().map(|p| centre + turn * (p - centre)).collect()
-}
-
-/// Makes the surface what was fitted.
-fn take(surface: &mut Surface, fitted: Fitted) {
-    surface.vertices_camera = fitted.vertices;
-    surface.verdict = fitted.correlation.verdict(surface.verdict.ambiguity);
-    surface.confidence = fitted.correlation.confidence;
-    if !surface.is_hidden.is_empty() {
-        surface.is_hidden = fitted.correlation.is_hidden;
-    }
 }
 
 fn round(blur: f32) -> FitRound<'static> {

@@ -11,8 +11,8 @@
 //!    Shape-from-Template). What the image confirms more is kept.
 //! 5. From a mesh, where the print is similar to itself, shifted or turned: the places that look alike are tried too, for matches
 //!    may have led to the wrong one.
-//! 6. On request, of a single image: other shapes along the softest modes of the fit, of a solid the pose that is tilted the other way;
-//!    what the image confirms more is kept. Then the same in close-ups, the part of the camera's own image around the sheet, at growing resolution.
+//! 6. On request, of a single image of a sheet: other shapes along the softest modes of the fit; what the image confirms more is kept.
+//!    Then the same in close-ups, the part of the camera's own image around the sheet, at growing resolution.
 //! 7. The verdict: how far the image shows the print where the mesh puts it.
 
 mod border;
