@@ -127,7 +127,8 @@ impl FrameFitter {
     }
 
     /// Fits a surface that was found in a smaller image to the pixels of the camera's own `image`: in close-ups of the sheet, up to the
-    /// resolution of the image or of the print, whichever is less. A softer mesh is taken where it explains more of the image. The
+    /// resolution of the image or of the print, whichever is less. Before that a sheet is fitted anew from other shapes, along the softest
+    /// modes of its fit, and the likeliest is taken. A softer mesh is taken where it explains more of the image. The
     /// surface stays where it is where the image shows no more detail. A sheet tells its [`Surface::deviations`] in any case.
     ///
     /// # Errors
