@@ -7,6 +7,7 @@ mod reading;
 mod staged_folder;
 mod steps;
 #[cfg(test)]
+#[path = "../../tests/inside/folder.rs"]
 mod tests;
 
 pub use file::write_file;

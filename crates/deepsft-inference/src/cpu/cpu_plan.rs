@@ -176,4 +176,5 @@ fn add(maps: &Maps<'_>, map: MapId, skip: SkipInput, out: &mut [f32]) {
 }
 
 #[cfg(test)]
+#[path = "../../tests/inside/cpu_plan.rs"]
 mod tests;

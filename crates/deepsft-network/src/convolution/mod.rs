@@ -6,6 +6,7 @@ mod gradient_kernel;
 mod padded_maps;
 mod scratch;
 #[cfg(test)]
+#[path = "../../tests/inside/convolution.rs"]
 mod tests;
 mod winograd;
 
