@@ -77,10 +77,11 @@ fn every_shipped_model_is_as_accurate_as_its_card_says() {
         // Completion leaves what is seen about as it is.
         let completed = completed.depth_rmse_mm.unwrap();
         assert!(completed <= 1.1 * depth, "{name}: {depth} mm, completed {completed} mm");
-        // The fit halves the errors at least.
+        // The fit halves the errors of a sheet at least; of a solid it takes a third away.
+        let gain = if bundle.template().is_sheet() { 2.0 } else { 1.5 };
         let (fitted_pixels, fitted_depth) = (fitted.registration_rmse_px.unwrap(), fitted.depth_rmse_mm.unwrap());
         assert!(
-            2.0 * fitted_pixels <= pixels && 2.0 * fitted_depth <= depth,
+            gain * fitted_pixels <= pixels && gain * fitted_depth <= depth,
             "{name}: {pixels} px, {depth} mm; fitted {fitted_pixels} px, {fitted_depth} mm"
         );
     }
