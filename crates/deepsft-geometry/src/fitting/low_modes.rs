@@ -48,9 +48,19 @@ pub(super) fn likeliest_shape(
     let observation = Observation::new(&close_up.grey, &close_up.camera)?;
     let [.., last_blur] = BLURS_PX;
     let side = fitter.template.size_mm().max_element();
+    let is_likelier = |other: &Fitted, than: &Fitted| {
+        let is_other = other.distance(&than.vertices) >= SAME_SHAPE * side;
+        let is_more_significant = other.correlation.significance() > MORE * than.correlation.significance();
+        is_other && is_more_significant && other.energy < MOST_ENERGY * than.energy
+    };
     let start = fitter.coarse_vertices(&surface.vertices_camera);
+    let unmoved = FitRound {
+        steps: 0,
+        ..round(last_blur)
+    };
+    let unmoved = fitter.round(observation, &start, &unmoved, &[])?;
     let mut best = fitter.round(observation, &start, &round(last_blur), &[])?;
-    let mut is_other = false;
+    let mut is_other = is_likelier(&best, &unmoved);
     for _ in 0..SWEEPS {
         let mut is_better = false;
         for (mode, deviation) in softest_modes(fitter, observation, &best)? {
@@ -67,9 +77,7 @@ pub(super) fn likeliest_shape(
                         break;
                     }
                 }
-                let is_other = other.distance(&best.vertices) >= SAME_SHAPE * side;
-                let is_likelier = other.correlation.significance() > MORE * best.correlation.significance();
-                if is_other && is_likelier && other.energy < MOST_ENERGY * best.energy {
+                if is_likelier(&other, &best) {
                     (best, is_better) = (other, true);
                 }
             }

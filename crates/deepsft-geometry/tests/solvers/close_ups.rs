@@ -216,12 +216,12 @@ fn what_the_image_does_not_hold_is_loose() {
 #[test]
 fn a_sheet_that_is_folded_the_wrong_way_is_folded_anew() {
     let (template, camera) = (template(), training_camera());
-    let truth = folded(&template, 0.5);
+    let truth = folded(&template, 0.4);
     let image = image(&template, &VisibleSurface::new(template.mesh(), &truth, &camera).maps());
     let mut fitter = FrameFitter::new(&template, FitOptions::default()).unwrap();
     let wrong = Surface {
         camera,
-        vertices_camera: folded(&template, -0.3),
+        vertices_camera: folded(&template, -0.2),
         confidence: vec![1.0; truth.len()],
         is_hidden: vec![false; truth.len()],
         deviations: Vec::new(),
@@ -230,6 +230,6 @@ fn a_sheet_that_is_folded_the_wrong_way_is_folded_anew() {
     let before = distance(&wrong, &truth);
     let fitted = fitter.fit_close_ups(&image, &camera, wrong).unwrap();
     let after = distance(&fitted, &truth);
-    assert!(before > 10.0 && after < 2.0, "{before} mm, {after} mm");
+    assert!(before > 8.0 && after < 2.0, "{before} mm, {after} mm");
     assert!(fitted.verdict.is_found(), "{:?}", fitted.verdict);
 }
