@@ -54,13 +54,8 @@ pub(super) fn likeliest_shape(
         is_other && is_more_significant && other.energy < MOST_ENERGY * than.energy
     };
     let start = fitter.coarse_vertices(&surface.vertices_camera);
-    let unmoved = FitRound {
-        steps: 0,
-        ..round(last_blur)
-    };
-    let unmoved = fitter.round(observation, &start, &unmoved, &[])?;
     let mut best = fitter.round(observation, &start, &round(last_blur), &[])?;
-    let mut is_other = is_likelier(&best, &unmoved);
+    let mut is_other = false;
     for _ in 0..SWEEPS {
         let mut is_better = false;
         for (mode, deviation) in softest_modes(fitter, observation, &best)? {
