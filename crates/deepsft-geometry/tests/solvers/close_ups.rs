@@ -216,7 +216,7 @@ fn what_the_image_does_not_hold_is_loose() {
 #[test]
 fn a_sheet_that_is_folded_the_wrong_way_is_folded_anew() {
     let (template, camera) = (template(), training_camera());
-    let truth = folded(&template, 0.4);
+    let truth = folded(&template, 0.5);
     let image = image(&template, &VisibleSurface::new(template.mesh(), &truth, &camera).maps());
     let mut fitter = FrameFitter::new(&template, FitOptions::default()).unwrap();
     let wrong = Surface {
