@@ -14,7 +14,7 @@ const www = (name) => fileURLToPath(new URL(name, import.meta.url));
 
 /** What a site is made of, files and folders. */
 const PARTS = {
-  ...Object.fromEntries(["index.html", "app.webmanifest", "demo", "src", "pkg", "docs", "examples", "LICENSE-APACHE", "LICENSE-MIT"].map((name) => [name, www(name)])),
+  ...Object.fromEntries(["index.html", "app.webmanifest", "demo", "src", "dist", "pkg/deepsft_web.js", "pkg/THIRD-PARTY.txt", "docs", "examples", "LICENSE-APACHE", "LICENSE-MIT"].map((name) => [name, www(name)])),
   models: www("../models"),
   ...Object.fromEntries(
     ["build/three.module.js", "build/three.core.js", "LICENSE"].map((name) => [`three/${basename(name)}`, www(`node_modules/three/${name}`)]),
@@ -26,7 +26,7 @@ export const LIST = "site.txt";
 const LIST_HEAD = "The files of this site. A folder that holds others is not replaced.";
 
 /** What runs: the rest is to be read, or to be printed. A model's own list names its files. */
-const RUNS = /^(index\.html|app\.webmanifest|(demo|src|examples|three)\/.*|pkg\/.*\.(js|wasm)|models\/[^/]+\/model\.json)$/;
+const RUNS = /^(index\.html|app\.webmanifest|(demo|src|examples|three)\/.*|pkg\/.*\.js|dist\/.*\.wasm|models\/[^/]+\/model\.json)$/;
 const RUNS_NOT = /LICENSE|screenshot|\.mjs$|^demo\/offline\/(version|service-worker)\.js$/;
 const DOCS = /^docs\/[^/]+\.md$/;
 const VERSION = "demo/offline/version.js";

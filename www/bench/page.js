@@ -134,7 +134,7 @@ async function measureMesh(sft, camera) {
     plain.close();
   }
   const [module, files] = await Promise.all([
-    compileEngine(new URL("/pkg/deepsft_web_bg.wasm", location.href), {}),
+    compileEngine(new URL("/dist/deepsft_web_bg.wasm", location.href), {}),
     fetchBundle(new URL("/bench-model/", location.href), {}),
   ]);
   const tracker = new TrackerWorker();

@@ -71,7 +71,7 @@ async function measureAdding([poster, shapes, added]) {
 /** On the page: an engine of its own that nothing else uses, and the frames. */
 async function startFinding(frames) {
   const { EngineWorker, compileEngine } = await import("/src/engine/engine-worker.js");
-  const module = await compileEngine(new URL("/pkg/deepsft_web_bg.wasm", location.href));
+  const module = await compileEngine(new URL("/dist/deepsft_web_bg.wasm", location.href));
   const worker = new EngineWorker();
   await worker.start({ module, files: null, device: "cpu" });
   const pixelsOf = async (frame) => {

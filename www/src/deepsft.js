@@ -32,8 +32,8 @@ import { TrackerWorker } from "./tracking/tracker-worker.js";
  * @property {boolean} [keep] whether this browser keeps the model's files, in its Cache storage by their SHA-256, so that the next visit
  *   asks for `model.json` alone; default true. Where there is no such storage, or no room, they are fetched each time.
  * @property {AbortSignal} [signal] stops loading; the promise then rejects with the signal's reason
- * @property {string | URL} [wasmUrl] address of `deepsft_web_bg.wasm`, where a bundler moved it
- * @property {string | URL} [workerUrl] address of `worker.js`, where a bundler moved it
+ * @property {string | URL} [baseUrl] address of a copy of this package's folder `dist`, whose worker and engine are taken, where a bundler does
+ *   not find them
  * @property {number} [timeoutMs] so long, in milliseconds, the engine may be silent while it is waited for, before it counts as
  *   hung and everything rejects with `internal`; default 180,000, since the first frame on an emulated GPU takes minutes
  */
@@ -72,7 +72,9 @@ const TEMPLATE_FOLDER = "template/";
 /** Number of the model's target. */
 const MODEL_TARGET = 0;
 
-const WASM_URL = new URL("../pkg/deepsft_web_bg.wasm", import.meta.url);
+const WASM_NAME = "deepsft_web_bg.wasm";
+/** Bundlers know only this form. */
+const WASM_URL = new URL("../dist/deepsft_web_bg.wasm", import.meta.url);
 
 /** Shape from template on a worker of its own. */
 export class DeepSft {
@@ -114,12 +116,11 @@ export class DeepSft {
    * @throws {DeepSftError} `browser-unsupported`, `engine-load`, `model-load`, `model-corrupt`, `model-version`, `webgpu-unavailable`,
    *   `gpu-lost`
    */
-  static async load(url, { device = "auto", keep = true, onProgress, signal, wasmUrl, workerUrl, timeoutMs } = {}) {
+  static async load(url, { device = "auto", keep = true, onProgress, signal, baseUrl, timeoutMs } = {}) {
     signal?.throwIfAborted();
     requireBrowser();
-    const base = typeof document === "undefined" ? self.location.href : document.baseURI;
-    const folder = url === undefined || url === null ? null : new URL(url, base);
-    if (folder && !folder.pathname.endsWith("/")) folder.pathname += "/";
+    const folder = url === undefined || url === null ? null : folderUrl(url);
+    const dist = baseUrl === undefined ? null : folderUrl(baseUrl);
     // Where one download fails the others end with it.
     const downloads = new AbortController();
     const abort = () => downloads.abort(signal?.reason);
@@ -127,7 +128,7 @@ export class DeepSft {
     let module, files;
     try {
       [module, files] = await Promise.all([
-        compileEngine(wasmUrl === undefined ? WASM_URL : new URL(wasmUrl, base), { onProgress, signal: downloads.signal }),
+        compileEngine(dist ? new URL(WASM_NAME, dist) : WASM_URL, { onProgress, signal: downloads.signal }),
         folder && fetchBundle(folder, { onProgress, signal: downloads.signal, keep }),
       ]);
     } catch (error) {
@@ -139,7 +140,7 @@ export class DeepSft {
     onProgress?.({ phase: "start", loadedBytes: 0, totalBytes: null });
     const plan = {
       request: { module, files, device },
-      workerUrl: workerUrl === undefined ? undefined : new URL(workerUrl, base),
+      workerUrl: dist ? new URL("worker.js", dist) : undefined,
       timeoutMs,
     };
     return new DeepSft(plan, await LastingEngine.start(plan, signal));
@@ -329,6 +330,17 @@ export class DeepSft {
     for (const session of this.#sessions.keys()) session.close();
     this.#engine.close();
   }
+}
+
+/**
+ * The address of a folder, relative to the page.
+ *
+ * @param {string | URL} url
+ */
+function folderUrl(url) {
+  const folder = new URL(url, typeof document === "undefined" ? self.location.href : document.baseURI);
+  if (!folder.pathname.endsWith("/")) folder.pathname += "/";
+  return folder;
 }
 
 /**

@@ -4,6 +4,7 @@
 import { addTarget, estimate, exifFocal, find, mesh, readScan, removeTarget, start } from "./engine/engine-host.js";
 import { DeepSftError, asDeepSftError } from "./error.js";
 import { answer, follow, startTracker, trackTarget, trackedMaps, untrackTarget } from "./tracking/tracker-host.js";
+import { COPY_AGAIN, VERSION } from "./version.js";
 
 /** @type {Readonly<Record<string, (request: any) => unknown>>} */
 const METHODS = {
@@ -24,8 +25,9 @@ function explained(error) {
   return new DeepSftError("internal", `The engine stopped because of a defect (${error.message}).`);
 }
 
-self.addEventListener("message", async ({ data: { id, method, request } }) => {
+self.addEventListener("message", async ({ data: { id, method, request, version } }) => {
   try {
+    if (version !== VERSION) throw new DeepSftError("engine-load", `The page runs deepsft ${version}, its worker is of ${VERSION}. ${COPY_AGAIN}`);
     const { value, transfer } = /** @type {{ value: unknown, transfer: Transferable[] }} */ (
       await METHODS[method](request)
     );

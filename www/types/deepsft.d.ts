@@ -29,13 +29,10 @@ export type LoadOptions = {
      */
     signal?: AbortSignal;
     /**
-     * address of `deepsft_web_bg.wasm`, where a bundler moved it
+     * address of a copy of this package's folder `dist`, whose worker and engine are taken, where a bundler does
+     * not find them
      */
-    wasmUrl?: string | URL;
-    /**
-     * address of `worker.js`, where a bundler moved it
-     */
-    workerUrl?: string | URL;
+    baseUrl?: string | URL;
     /**
      * so long, in milliseconds, the engine may be silent while it is waited for, before it counts as
      * hung and everything rejects with `internal`; default 180,000, since the first frame on an emulated GPU takes minutes
@@ -121,7 +118,7 @@ export declare class DeepSft {
      * @throws {DeepSftError} `browser-unsupported`, `engine-load`, `model-load`, `model-corrupt`, `model-version`, `webgpu-unavailable`,
      *   `gpu-lost`
      */
-    static load(url?: string | URL | null, { device, keep, onProgress, signal, wasmUrl, workerUrl, timeoutMs }?: LoadOptions): Promise<DeepSft>;
+    static load(url?: string | URL | null, { device, keep, onProgress, signal, baseUrl, timeoutMs }?: LoadOptions): Promise<DeepSft>;
     /** What runs the network, and where. Without a model: what looks for pictures. */
     get info(): import("./engine/engine-worker.js").EngineInfo;
     /**

@@ -68,8 +68,8 @@ impl Package {
     }
 }
 
-/// Builds the package into the manifest's `out-dir`, with the licences of what it is compiled from. After cargo, nothing is bound
-/// or optimised when neither the compiled module nor the manifest has changed.
+/// Builds the package into the manifest's `out-dir`, with the licences of what it is compiled from, and `www/dist` of it. After cargo,
+/// nothing is bound or optimised when neither the compiled module nor the manifest has changed.
 pub fn build(root: &Path) -> Result<()> {
     let Manifest {
         package,
@@ -101,7 +101,7 @@ pub fn build(root: &Path) -> Result<()> {
         Bindgen::new()
             .input_path(&compiled)
             .typescript(true)
-            .omit_default_module_path(false)
+            .omit_default_module_path(true)
             .web(true)
             .and_then(|bindgen| bindgen.generate(&aside))
             .with_context(|| format!("wasm-bindgen on {}", compiled.display()))?;
@@ -113,6 +113,7 @@ pub fn build(root: &Path) -> Result<()> {
     }
     let notices = third_party::notices(root, &package.crate_name, Some(TARGET))?;
     write(&out.join(third_party::FILE_NAME), notices.as_bytes())?;
+    tools::run(Command::new("node").arg(root.join("www/dist.mjs")))?;
 
     let mut total = 0.0;
     for file in [module, script] {

@@ -6,6 +6,7 @@ import { framePixels } from "../frames/frame-pixels.js";
 import { closeFrame } from "../frames/image-input.js";
 import { surfaceArrays } from "../results/surface-mesh.js";
 import { addSource } from "../targets/add-source.js";
+import { COPY_AGAIN, VERSION } from "../version.js";
 import { probeWebGpu } from "./webgpu.js";
 
 /** @import { RawEstimate as EngineEstimate, RawMesh } from "../../pkg/deepsft_web.js" */
@@ -54,10 +55,14 @@ function started() {
 export async function start({ module, files, device: wanted }) {
   // Only a network needs a GPU.
   const { device, fallback, adapter } = await chooseDevice(files ? wanted : "cpu");
-  await initialise({ module_or_path: module });
+  await initialise({ module_or_path: module }).catch((cause) => {
+    throw new DeepSftError("engine-load", `The engine does not fit its worker (${cause.message}). ${COPY_AGAIN}`, { cause });
+  });
   engine = await Engine.create(files ?? undefined, device);
+  const info = engine.info();
+  if (info.version !== VERSION) throw new DeepSftError("engine-load", `The engine is of deepsft ${info.version}, its worker of ${VERSION}. ${COPY_AGAIN}`);
   const model = engine.describeTarget(MODEL_TARGET) ?? null;
-  return { value: { info: { ...engine.info(), ...adapter, fallback }, model }, transfer: model ? [model.rgba.buffer] : [] };
+  return { value: { info: { ...info, ...adapter, fallback }, model }, transfer: model ? [model.rgba.buffer] : [] };
 }
 
 /**

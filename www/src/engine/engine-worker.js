@@ -75,6 +75,9 @@ import { WorkerCalls } from "./worker-calls.js";
  * @typedef {{ id: number, width: number, focal: number, depth: Float32Array, registration: Float32Array, canonical: Uint8ClampedArray | null }} MeshRequest
  */
 
+/** Where development servers of Vite keep the packages that they have bundled. */
+const MOVED_BY_VITE = /\/\.vite\//;
+
 /**
  * Compiles the WebAssembly module while it downloads.
  *
@@ -103,7 +106,9 @@ export async function compileEngine(url, { onProgress, signal } = {}) {
   } catch (error) {
     signal?.throwIfAborted();
     const reason = error instanceof Error ? error.message : String(error);
-    const hint = "If a bundler moved the file, pass its address as wasmUrl.";
+    const hint = MOVED_BY_VITE.test(url.href)
+      ? 'Vite before 8 has moved the package away from it: add optimizeDeps: { exclude: ["deepsft"] } to its configuration.'
+      : "If a bundler does not find it, serve a copy of the package's folder dist and pass its address as baseUrl.";
     throw new DeepSftError("engine-load", `The engine ${url} could not be loaded (${reason}). ${hint}`, {
       cause: error,
     });

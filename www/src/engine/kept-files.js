@@ -3,7 +3,7 @@
 const CACHE = "deepsft-models";
 
 /**
- * Kept files of one folder. What cannot be kept is fetched each time: without Cache storage (insecure pages, some private windows),
+ * Kept files of one folder. What cannot be kept is fetched each time: without Cache storage (insecure pages, sandboxed frames, some private windows),
  * without room, or where it is not wanted. No failure of the storage is an error.
  */
 export class KeptFiles {
@@ -24,8 +24,13 @@ export class KeptFiles {
    * @param {boolean} wanted
    */
   static async open(folder, wanted) {
-    const isPossible = wanted && typeof caches !== "undefined" && crypto.subtle !== undefined;
-    return new KeptFiles(folder, isPossible ? await caches.open(CACHE).catch(() => null) : null);
+    try {
+      // In a sandboxed frame to ask for the storage is an error already.
+      const isPossible = wanted && typeof caches !== "undefined" && crypto.subtle !== undefined;
+      return new KeptFiles(folder, isPossible ? await caches.open(CACHE) : null);
+    } catch {
+      return new KeptFiles(folder, null);
+    }
   }
 
   /**

@@ -1,6 +1,7 @@
 // Calls across to a worker, and their answers.
 
 import { DeepSftError, asDeepSftError, crossOriginError } from "../error.js";
+import { VERSION } from "../version.js";
 
 /** How long a worker may be silent while a call waits, milliseconds: an emulated GPU takes minutes for its first frame. */
 export const DEFAULT_TIMEOUT_MS = 180_000;
@@ -21,12 +22,12 @@ const packagedWorker = () => new Worker(new URL("../worker.js", import.meta.url)
  * @throws {DeepSftError} `engine-load`
  */
 function startWorker(url) {
-  const start = url === undefined ? packagedWorker : () => new Worker(url, { type: "module", name: "deepsft" });
+  const plain = url === undefined ? packagedWorker : () => new Worker(url, { type: "module", name: "deepsft" });
   try {
-    return start();
+    return asTrusted(plain);
   } catch (error) {
     try {
-      if (error instanceof DOMException && error.name === "SecurityError") return throughOwnScript(start);
+      if (error instanceof DOMException && error.name === "SecurityError") return asTrusted(() => throughOwnScript(plain));
     } catch {
       // The first refusal says more.
     }
@@ -36,27 +37,22 @@ function startWorker(url) {
 }
 
 /**
- * Repeats `start`, but in place of the worker's script a script of this page starts, which imports that one. Only `start`
- * knows the address, as a bundler has written it there: it is read from the call.
+ * Repeats `start`, with another address in its call. Only `start` knows the address, as a bundler has written it there: it is read from
+ * the call.
  *
  * @param {() => Worker} start
+ * @param {(address: string, options: WorkerOptions) => string} replaced
  * @returns {Worker}
  */
-function throughOwnScript(start) {
+function withAddress(start, replaced) {
   const { Worker: PageWorker } = self;
   self.Worker = class extends PageWorker {
     /**
      * @param {string | URL} url
      * @param {WorkerOptions} [options]
      */
-    constructor(url, options) {
-      const address = JSON.stringify(new URL(url, self.location.href).href);
-      // webpack makes classic scripts of module workers.
-      const script = options?.type === "module" ? `import ${address};` : `importScripts(${address});`;
-      const own = URL.createObjectURL(new Blob([script], { type: "text/javascript" }));
-      super(own, options);
-      for (const event of ["message", "error"])
-        this.addEventListener(event, () => URL.revokeObjectURL(own), { once: true });
+    constructor(url, options = {}) {
+      super(replaced(new URL(url, self.location.href).href, options), options);
     }
   };
   try {
@@ -64,6 +60,45 @@ function throughOwnScript(start) {
   } finally {
     self.Worker = PageWorker;
   }
+}
+
+/**
+ * Starts a script of this page, which imports that of `start`.
+ *
+ * @param {() => Worker} start
+ */
+function throughOwnScript(start) {
+  let own = "";
+  const worker = withAddress(start, (url, { type }) => {
+    const address = JSON.stringify(url);
+    // webpack makes classic scripts of module workers.
+    const script = type === "module" ? `import ${address};` : `importScripts(${address});`;
+    // A frame that has no origin starts no module from a blob.
+    const { origin } = self;
+    return (own = origin === "null" ? `data:text/javascript,${encodeURIComponent(script)}` : URL.createObjectURL(new Blob([script], { type: "text/javascript" })));
+  });
+  for (const event of ["message", "error"]) worker.addEventListener(event, () => URL.revokeObjectURL(own), { once: true });
+  return worker;
+}
+
+/** @typedef {{ createPolicy: (name: string, rules: { createScriptURL: (url: string) => string }) => { createScriptURL: (url: string) => string } }} TrustedTypes */
+
+/** Most pages that list the policy allow no second. @type {ReturnType<TrustedTypes["createPolicy"]> | null} */
+let policy = null;
+
+/**
+ * Starts a worker whose address a policy of the page vouches for, as pages with Trusted Types require.
+ *
+ * @param {() => Worker} start
+ */
+function asTrusted(start) {
+  const { trustedTypes } = /** @type {{ trustedTypes?: TrustedTypes }} */ (/** @type {unknown} */ (globalThis));
+  try {
+    policy ??= trustedTypes?.createPolicy("deepsft", { createScriptURL: (url) => url }) ?? null;
+  } catch {
+    // The page does not list it; then it may require none.
+  }
+  return policy ? withAddress(start, (url) => /** @type {NonNullable<typeof policy>} */ (policy).createScriptURL(url)) : start();
 }
 
 /** A worker with `worker.js` in it, as calls that return promises. */
@@ -83,7 +118,7 @@ export class WorkerCalls {
   #clock;
 
   /**
-   * @param {URL | undefined} url address of worker.js where the bundler cannot find it itself
+   * @param {URL | undefined} url address of worker.js where the bundler does not find it
    * @param {number} [timeoutMs] the worker is ended when it is silent for so long while a call waits
    * @throws {DeepSftError} `engine-load`
    */
@@ -112,7 +147,7 @@ export class WorkerCalls {
     this.#worker.addEventListener("error", (event) => {
       event.preventDefault();
       const reason =
-        event.message || "its script could not be loaded; if a bundler moved it, pass its address as workerUrl";
+        event.message || "its script could not be loaded; if a bundler does not find it, serve a copy of the package's folder dist and pass its address as baseUrl";
       this.terminate(new DeepSftError(this.#started ? "internal" : "engine-load", `The engine's worker failed: ${reason}.`));
     });
     this.#worker.addEventListener("messageerror", () =>
@@ -148,7 +183,7 @@ export class WorkerCalls {
     if (this.#ended) return Promise.reject(this.#ended.reason);
     const id = ++this.#lastId;
     try {
-      this.#worker.postMessage({ id, method, request }, transfer);
+      this.#worker.postMessage({ id, method, request, version: VERSION }, transfer);
     } catch (error) {
       return Promise.reject(explainedRefusal(error));
     }

@@ -5,7 +5,7 @@ import { start } from "./index.js";
 /** @import { SceneView } from "./scene-view.js" */
 
 /** The attributes that a scene is started from. */
-const ATTRIBUTES = ["picture", "width-mm", "print", "facing"];
+const ATTRIBUTES = ["picture", "width-mm", "print", "facing", "base-url"];
 /** The events of a scene that the element fires too. */
 const EVENTS = /** @type {const} */ (["found", "lost", "error"]);
 
@@ -54,8 +54,9 @@ export class DeepSftView extends Base {
   async #start() {
     const { signal } = (this.#leaving = new AbortController());
     this.view = null;
-    const [picture, width, print, facing] = ATTRIBUTES.map((name) => this.getAttribute(name) ?? undefined);
-    const options = { picture, widthMm: width === undefined ? undefined : Number(width), facing: facing === "user" ? /** @type {const} */ ("user") : undefined };
+    const [picture, width, print, facing, baseUrl] = ATTRIBUTES.map((name) => this.getAttribute(name) ?? undefined);
+    const widthMm = width === undefined ? undefined : Number(width);
+    const options = { picture, widthMm, facing: facing === "user" ? /** @type {const} */ ("user") : undefined, load: { baseUrl } };
     try {
       const view = await start(this, { ...options, signal });
       this.view = view;

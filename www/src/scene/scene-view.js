@@ -39,7 +39,7 @@ import { Screens } from "./screens.js";
  * @property {boolean} [light] whether what stands on a print is lit as its paper is and casts a shadow on it; default true
  * @property {boolean} [sound] whether a button offers the sound of films that have one; default true
  * @property {OwnScreens | false} [screens] in place of those of the package; false for none
- * @property {Pick<LoadOptions, "device" | "wasmUrl" | "workerUrl" | "onProgress">} [load] options of `DeepSft.load`
+ * @property {Pick<LoadOptions, "device" | "baseUrl" | "onProgress">} [load] options of `DeepSft.load`
  * @property {AbortSignal} [signal] closes the scene
  */
 

@@ -1,23 +1,25 @@
-// The packed package in the places it is used from, each built and run: bundlers, Next.js, a plain import map, and a CDN, where
-// scripts come from another origin than the page.
+// The packed package in the places it is used from, each built or started, and run: bundlers, their development servers, Next.js, pages
+// without a bundler, and a CDN, where scripts come from another origin than the page.
 
 import assert from "node:assert/strict";
-import { execFile, execFileSync } from "node:child_process";
+import { execFile, execFileSync, spawn } from "node:child_process";
 import { cp, mkdir, mkdtemp, readFile, rm, symlink, writeFile } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { promisify } from "node:util";
 import { after, before, test } from "node:test";
+import { build as buildWithEsbuild } from "esbuild";
 import { build as buildWithVite } from "vite";
 import webpack from "webpack";
 
 import { ROOT, WWW, serve } from "../../serve.mjs";
 import { SLOW_MS, launch } from "../support/browser.mjs";
+import { MADE } from "../support/native.mjs";
 
 /** What an application does: both workers have to start, and the engine's module to be found. */
 const RUN = `
-  async function run(withThree) {
-    const sft = await DeepSft.load("/models/poster-a4/", { device: "cpu" });
+  async function run(withThree, options) {
+    const sft = await DeepSft.load("/models/poster-a4/", { device: "cpu", ...options });
     const canvas = Object.assign(document.createElement("canvas"), { width: 320, height: 240 });
     const context = canvas.getContext("2d");
     const painting = setInterval(() => context.fillRect(0, 0, Math.random() * 320, 240), 50);
@@ -39,6 +41,9 @@ const APPLICATION = `
   ${RUN}
   globalThis.outcome = run().catch(told);
 `;
+
+/** For those that do not find the worker: they are told where it is. */
+const APPLICATION_TOLD = APPLICATION.replace("run()", 'run(undefined, { baseUrl: "/deepsft/" })');
 
 /** The target's mesh and the frame's camera, in a scene of three.js that is drawn. */
 const WITH_THREE = `
@@ -75,8 +80,8 @@ before(
     execFileSync("tar", ["-xzf", join(folder, packed.trim()), "-C", installed, "--strip-components", "1"]);
     await writeFile(join(folder, "main.js"), APPLICATION);
     await writeFile(join(folder, "package.json"), '{ "type": "module" }');
-    await mkdir(join(WWW, "dist"), { recursive: true });
-    nextFolder = await mkdtemp(join(WWW, "dist", "next-"));
+    await mkdir(MADE, { recursive: true });
+    nextFolder = await mkdtemp(join(MADE, "next-"));
     await mkdir(join(folder, "cdn"));
     await symlink(installed, join(folder, "cdn", "deepsft"));
     cdn = await serve({ folders: { "/": join(folder, "cdn") }, headers: { "access-control-allow-origin": "*" } });
@@ -150,12 +155,37 @@ async function webpacked({ base, into }) {
   await writeFile(join(into, "index.html"), html(`<script src="${base === "auto" ? "/" : base}main.js" defer></script>`));
 }
 
-/** The package as it is, by an import map. */
+/** It leaves the addresses of files as they are, as Angular does, which is made of it. */
+async function esbuilt({ into }) {
+  await writeFile(join(folder, "told.js"), APPLICATION_TOLD);
+  await buildWithEsbuild({ entryPoints: [join(folder, "told.js")], bundle: true, format: "esm", outfile: join(into, "main.js"), logLevel: "error" });
+  await cp(join(folder, "node_modules", "deepsft", "dist"), join(into, "deepsft"), { recursive: true });
+  await writeFile(join(into, "index.html"), html('<script type="module" src="/main.js"></script>'));
+}
+
+/** The package as it is, without a bundler, by an import map. */
 async function importMap({ base, into }) {
   await mkdir(into, { recursive: true });
-  const imports = JSON.stringify({ imports: { deepsft: `${base}deepsft/src/index.js` } });
+  const imports = JSON.stringify({ imports: { deepsft: `${base}deepsft/dist/deepsft.js` } });
   const map = `<script type="importmap">${imports}</script>`;
   await writeFile(join(into, "index.html"), html(`${map}<script type="module">${APPLICATION}</script>`));
+}
+
+/** Opens the application, waits for what becomes of it, and compares. */
+async function opens(origin, drawn) {
+  const page = await browser.newPage();
+  const problems = [];
+  page.on("console", (message) => message.type() === "error" && problems.push(message.text()));
+  page.on("pageerror", (error) => problems.push(String(error)));
+  const origins = new Set();
+  page.on("request", (request) => request.url().startsWith("http") && origins.add(new URL(request.url()).origin));
+  await page.goto(`${origin}/`);
+  await page.waitForFunction(() => globalThis.outcome, undefined, { timeout: SLOW_MS });
+  const outcome = await page.evaluate(() => globalThis.outcome);
+  assert.deepEqual({ ...outcome, parameters: outcome.parameters > 1e5 }, { parameters: true, depths: 480 * 270, number: 1, ...drawn }, JSON.stringify(outcome));
+  assert.deepEqual(problems, []);
+  await page.close();
+  return origins;
 }
 
 for (const [name, build, where, drawn] of [
@@ -165,6 +195,7 @@ for (const [name, build, where, drawn] of [
   ["webpack with its files on a CDN", webpacked, "cdn"],
   ["Vite and three.js", viteWithThree, "page", DRAWN],
   ["Next.js and three.js", next, "page", DRAWN],
+  ["esbuild", esbuilt, "page"],
   ["an import map", importMap, "page"],
   ["an import map that names a CDN", importMap, "cdn"],
 ]) {
@@ -177,21 +208,123 @@ for (const [name, build, where, drawn] of [
     const own = build === importMap ? { "/deepsft/": join(folder, "node_modules", "deepsft") } : {};
     const server = await serve({ folders: { "/models/": join(ROOT, "models"), ...own, "/": into } });
     try {
-      const page = await browser.newPage();
-      const problems = [];
-      page.on("console", (message) => message.type() === "error" && problems.push(message.text()));
-      page.on("pageerror", (error) => problems.push(String(error)));
-      const origins = new Set();
-      page.on("request", (request) => request.url().startsWith("http") && origins.add(new URL(request.url()).origin));
-      await page.goto(`${server.origin}/`);
-      await page.waitForFunction(() => globalThis.outcome, undefined, { timeout: SLOW_MS });
-      const outcome = await page.evaluate(() => globalThis.outcome);
-      assert.deepEqual({ ...outcome, parameters: outcome.parameters > 1e5 }, { parameters: true, depths: 480 * 270, number: 1, ...drawn }, JSON.stringify(outcome));
-      assert.deepEqual(problems, []);
+      const origins = await opens(server.origin, drawn);
       assert.equal(origins.has(cdn.origin), onCdn, `requests went to ${[...origins]}`);
-      await page.close();
     } finally {
       await server.close();
     }
   });
 }
+
+/** A port that nobody has, for servers that take none for any. */
+async function freePort() {
+  const { port, close } = await serve();
+  await close();
+  return port;
+}
+
+/** A development server of Vite; the model lies in its folder of public files. */
+async function viteServer(name, config) {
+  const { createServer } = await import(name);
+  const root = await mkdtemp(join(folder, `${name}-`));
+  await mkdir(join(root, "public", "models"), { recursive: true });
+  await symlink(join(ROOT, "models", "poster-a4"), join(root, "public", "models", "poster-a4"));
+  await writeFile(join(root, "main.js"), APPLICATION);
+  await writeFile(join(root, "index.html"), html('<script type="module" src="/main.js"></script>'));
+  const server = await createServer({ root, configFile: false, logLevel: "error", server: { port: await freePort(), strictPort: true }, ...config });
+  await server.listen();
+  return { origin: `http://localhost:${server.httpServer.address().port}`, close: () => server.close() };
+}
+
+test("Vite 7 that is not told so moves the package, and the error says what to tell it", { timeout: SLOW_MS }, async () => {
+  const server = await viteServer("vite-7", {});
+  const page = await browser.newPage();
+  await page.goto(`${server.origin}/`);
+  await page.waitForFunction(() => globalThis.outcome, undefined, { timeout: SLOW_MS });
+  const { code, failed } = await page.evaluate(() => globalThis.outcome);
+  assert.deepEqual([code, /optimizeDeps: \{ exclude: \["deepsft"\] \}/.test(failed)], ["engine-load", true], failed);
+  await page.close();
+  await server.close();
+});
+
+/** The development server of Next.js, after the build above has made the application. React is in strict mode there. */
+async function nextServer() {
+  const port = await freePort();
+  const program = join(WWW, "node_modules", "next", "dist", "bin", "next");
+  const env = { ...process.env, NEXT_TELEMETRY_DISABLED: "1", NODE_ENV: "development" };
+  await mkdir(join(nextFolder, "public", "models"), { recursive: true });
+  await symlink(join(ROOT, "models", "poster-a4"), join(nextFolder, "public", "models", "poster-a4"));
+  // With a group of its own: it starts others.
+  const server = spawn(process.execPath, [program, "dev", "--port", String(port)], { cwd: nextFolder, env, detached: true, stdio: "ignore" });
+  const origin = `http://localhost:${port}`;
+  while (!(await fetch(origin).catch(() => null))) {
+    assert.equal(server.exitCode, null, "the development server of Next.js has ended");
+    await new Promise((resolve) => setTimeout(resolve, 200));
+  }
+  return { origin, close: () => process.kill(-server.pid) };
+}
+
+for (const [name, start, drawn] of [
+  ["Vite 6, told to leave it alone", () => viteServer("vite-6", { optimizeDeps: { exclude: ["deepsft"] } })],
+  ["Vite 7, told to leave it alone", () => viteServer("vite-7", { optimizeDeps: { exclude: ["deepsft"] } })],
+  ["Vite 8", () => viteServer("vite", {})],
+  ["Next.js", nextServer, DRAWN],
+]) {
+  test(`the packed package works with the development server of ${name}`, { timeout: SLOW_MS }, async () => {
+    const server = await start();
+    try {
+      await opens(server.origin, drawn);
+    } finally {
+      await server.close();
+    }
+  });
+}
+
+/** A page on a server of its own with the package in /deepsft/, and its model. */
+async function pageWith(page, headers = {}) {
+  const into = await mkdtemp(join(folder, "page-"));
+  await writeFile(join(into, "index.html"), page);
+  return serve({ folders: { "/models/": join(ROOT, "models"), "/deepsft/": join(folder, "node_modules", "deepsft", "dist"), "/": into }, headers });
+}
+
+const BY_TAG = APPLICATION.replace('"deepsft"', '"/deepsft/deepsft.js"');
+
+for (const [name, headers, policy] of [
+  ["cross-origin isolation", { "cross-origin-embedder-policy": "require-corp", "cross-origin-opener-policy": "same-origin" }],
+  ["Trusted Types", {}, "require-trusted-types-for 'script'; trusted-types deepsft"],
+]) {
+  test(`the packed package works in a page with ${name}`, { timeout: SLOW_MS }, async () => {
+    const meta = policy ? `<meta http-equiv="content-security-policy" content="${policy}" />` : "";
+    const server = await pageWith(html(`${meta}<script type="module">${BY_TAG}</script>`), headers);
+    await opens(server.origin);
+    await server.close();
+  });
+}
+
+test("the packed package works in a sandboxed frame, which has no storage and no origin", { timeout: SLOW_MS }, async () => {
+  const script = BY_TAG.replace(/globalThis.outcome = .*/, 'run().catch(told).then((outcome) => parent.postMessage(outcome, "*"));');
+  const inner = await pageWith(html(`<script type="module">${script}</script>`), { "access-control-allow-origin": "*" });
+  const frame = `<iframe sandbox="allow-scripts" src="${inner.origin}/"></iframe>`;
+  const outer = await pageWith(html(`<script>addEventListener("message", ({ data }) => (globalThis.outcome = data))</script>${frame}`));
+  await opens(outer.origin);
+  await Promise.all([inner.close(), outer.close()]);
+});
+
+test("a worker, or an engine, of another version is refused with what to do", { timeout: SLOW_MS }, async () => {
+  const dist = join(folder, "node_modules", "deepsft", "dist");
+  const worker = await readFile(join(dist, "worker.js"), "utf8");
+  const { version } = JSON.parse(await readFile(join(WWW, "package.json"), "utf8"));
+  assert.ok(worker.includes(`"${version}"`));
+  const other = join(folder, "cdn", "other");
+  await cp(dist, other, { recursive: true });
+  await writeFile(join(other, "worker.js"), worker.replaceAll(`"${version}"`, '"9.8.7"'));
+  const server = await pageWith(html(`<script type="module">import { DeepSft } from "/deepsft/deepsft.js";
+    DeepSft.load(null, { baseUrl: "${cdn.origin}/other/" }).catch(({ code, message }) => (globalThis.outcome = { code, message }));</script>`));
+  const page = await browser.newPage();
+  await page.goto(`${server.origin}/`);
+  await page.waitForFunction(() => globalThis.outcome, undefined, { timeout: SLOW_MS });
+  const { code, message } = await page.evaluate(() => globalThis.outcome);
+  assert.deepEqual([code, message], ["engine-load", `The page runs deepsft ${version}, its worker is of 9.8.7. Copy the package's folder dist anew.`]);
+  await page.close();
+  await server.close();
+});

@@ -95,7 +95,7 @@ test("the tracker follows the browser's canonical image as it follows the whole 
           ),
         );
       const sft = await deepsft.DeepSft.load("/models/poster-a4/", { device: "cpu" });
-      const module = await compileEngine(new URL("/pkg/deepsft_web_bg.wasm", location.href));
+      const module = await compileEngine(new URL("/dist/deepsft_web_bg.wasm", location.href));
       const files = await fetchBundle(new URL("/models/poster-a4/", location.href));
       const bitmaps = await Promise.all(addresses.map(async (address) => createImageBitmap(await (await fetch(address)).blob())));
       const sourced = cameraForImage(camera, camera.width, camera.height);

@@ -215,7 +215,7 @@ test("workers that cannot be started are errors with a code", { timeout: SLOW_MS
     const [absent, refused] = await page.evaluate(async () => {
       const load = (options) =>
         deepsft.DeepSft.load("/models/poster-a4/", { device: "cpu", ...options }).catch(({ name, code, message }) => ({ name, code, message }));
-      const absent = await load({ workerUrl: "/absent.js" });
+      const absent = await load({ baseUrl: "/absent/" });
       globalThis.Worker = class {
         constructor(_address, { type }) {
           throw new DOMException(`no ${type} here`, "SecurityError");
@@ -224,7 +224,7 @@ test("workers that cannot be started are errors with a code", { timeout: SLOW_MS
       return [absent, await load({})];
     });
     assert.deepEqual([absent.name, absent.code], ["DeepSftError", "engine-load"]);
-    assert.match(absent.message, /workerUrl/);
+    assert.match(absent.message, /baseUrl/);
     assert.deepEqual([refused.name, refused.code], ["DeepSftError", "engine-load"]);
     assert.match(refused.message, /no module here/);
     assert.deepEqual(page.workers(), []);

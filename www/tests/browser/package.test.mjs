@@ -176,11 +176,11 @@ test(
         (error) => error.name,
       );
       controller.abort();
-      const absent = deepsft.DeepSft.load("models/poster-a4/", { wasmUrl: "not/here.wasm" });
+      const absent = deepsft.DeepSft.load("models/poster-a4/", { baseUrl: "not/here" });
       return [await aborted, await codeOf(absent), await absent.catch((error) => error.message)];
     });
     assert.deepEqual(outcomes.slice(0, 2), ["AbortError", "engine-load"]);
-    assert.match(outcomes[2], /wasmUrl/);
+    assert.match(outcomes[2], /not\/here\/deepsft_web_bg\.wasm .* baseUrl/);
   },
 );
 

@@ -10,7 +10,7 @@ import { build } from "vite";
 import { ROOT, WWW } from "../../serve.mjs";
 import { SLOW_MS, launch, openDemo } from "../support/browser.mjs";
 import { makeClip } from "../support/clips.mjs";
-import { made } from "../support/native.mjs";
+import { MADE, made } from "../support/native.mjs";
 import { decodePng } from "../support/png.mjs";
 import { TrueSheet, inPose } from "../support/true-sheet.mjs";
 
@@ -397,8 +397,8 @@ test("an element of HTML is a scene while it is in the page, and starts anew wit
 );
 
 test("a component of React in strict mode has one scene and one camera, and none when it is gone", { timeout: SLOW_MS }, async () => {
-  await mkdir(join(WWW, "dist"), { recursive: true });
-  const app = await mkdtemp(join(WWW, "dist", "react-"));
+  await mkdir(MADE, { recursive: true });
+  const app = await mkdtemp(join(MADE, "react-"));
   try {
     await writeFile(join(app, "index.html"), '<!doctype html><link rel="icon" href="data:," /><div id="root"></div><script type="module" src="/main.jsx"></script>');
     await writeFile(

@@ -81,7 +81,7 @@ test("the tracker follows a clip as the native one does", { timeout: SLOW_MS }, 
             ),
           );
         const sft = await DeepSft.load("models/poster-a4/", { device: "cpu" });
-        const module = await compileEngine(new URL("pkg/deepsft_web_bg.wasm", location.href));
+        const module = await compileEngine(new URL("dist/deepsft_web_bg.wasm", location.href));
         const files = await fetchBundle(new URL("models/poster-a4/", location.href));
         files.delete("weights.bpk");
         const tracker = new TrackerWorker(undefined);

@@ -1,4 +1,5 @@
-// The three programs of www/README.md as they stand there, in three browser engines, before a camera that shows a printed page.
+// The three programs of www/README.md as they stand there, and a page without one, from dist/ without a bundler, in three browser engines,
+// before a camera that shows a printed page.
 
 import assert from "node:assert/strict";
 import { mkdir, readFile, writeFile } from "node:fs/promises";
@@ -64,10 +65,11 @@ const others = (picture) => PLACES.filter((place) => isOther(colorOf(picture, sh
 /** What is missing on a page until each program does what it says, by a picture of it. @type {Record<string, (page: object, picture: object) => Promise<string | null>>} */
 const MISSING = {
   async film(page, picture) {
-    const plays = await page.run(() => [...document.querySelectorAll("#ar video")].some((video) => video.src.endsWith("film.mp4") && video.currentTime > 0.2 && !video.paused));
+    const plays = await page.run(() => [...document.querySelectorAll("#ar video, deepsft-view video")].some((video) => video.src.endsWith("film.mp4") && video.currentTime > 0.2 && !video.paused));
     if (!plays) return "the film does not play";
     return others(picture) > 0.6 * PLACES.length ? null : `${others(picture)} of ${PLACES.length} places show something else than the print`;
   },
+  tag: (page, picture) => MISSING.film(page, picture),
   async object(_, picture) {
     const top = colorOf(picture, inPose(sheet.pose(0.5, 0.5), [0, 0.8 * 1000 * BOX_M * LARGER, 0]));
     if (!isPink(top)) return `${top} where the box is`;

@@ -153,7 +153,7 @@ export async function keepCompiled(context) {
     const page = await context.newPage();
     await page.goto(server.origin + BLANK);
     await page.evaluate(async () => {
-      globalThis.kept = await WebAssembly.compileStreaming(fetch("/pkg/deepsft_web_bg.wasm"));
+      globalThis.kept = await WebAssembly.compileStreaming(fetch("/dist/deepsft_web_bg.wasm"));
     });
     return page;
   } finally {

@@ -36,8 +36,10 @@ export async function deepsft(...args) {
   }
 }
 
+/** What tests make, not kept by git. What has to find our Node.js packages is made here too. */
+export const MADE = join(WWW, "tests", "made");
 /** What the program made for the tests, some hundred megabytes: a folder for each version of it, for the two that were used last. */
-const MADE = join(WWW, "dist", "made-for-tests");
+const BY_PROGRAM = join(MADE, "by-program");
 const VERSIONS_KEPT = 2;
 
 /** @type {Promise<string> | undefined} */
@@ -70,12 +72,12 @@ export async function made(...args) {
 
 async function folderOfThisProgram() {
   if (!existsSync(CLI)) throw new Error(`${CLI} is missing (${BUILD_IT})`);
-  const folder = join(MADE, (await hashOf(CLI)).slice(0, 16));
+  const folder = join(BY_PROGRAM, (await hashOf(CLI)).slice(0, 16));
   await mkdir(folder, { recursive: true });
   await utimes(folder, new Date(), new Date());
   // Another file of tests may be throwing them away too.
   const lastUse = (path) => stat(path).then(({ mtimeMs }) => mtimeMs, () => 0);
-  const versions = (await readdir(MADE)).map(async (name) => ({ path: join(MADE, name), used: await lastUse(join(MADE, name)) }));
+  const versions = (await readdir(BY_PROGRAM)).map(async (name) => ({ path: join(BY_PROGRAM, name), used: await lastUse(join(BY_PROGRAM, name)) }));
   const older = (await Promise.all(versions)).sort((a, b) => b.used - a.used).slice(VERSIONS_KEPT);
   await Promise.all(older.map(({ path }) => rm(path, { recursive: true, force: true })));
   return folder;

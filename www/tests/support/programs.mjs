@@ -1,4 +1,5 @@
-// The programs of www/README.md, each on a page of its own as it stands there, before a camera that shows a picture.
+// The programs of www/README.md, and the page without one of docs/bundlers.md, each on a page of its own as it stands there, from dist/
+// without a bundler, before a camera that shows a picture.
 
 import { readFileSync } from "node:fs";
 import { createServer } from "node:http";
@@ -10,7 +11,7 @@ import { ROOT, WWW } from "../../serve.mjs";
 /** The programs by a word that tells which is which. */
 const WORDS = { film: "film.mp4", object: "GLTFLoader", measure: "measureSheet" };
 
-export const NAMES = /** @type {const} */ (["film", "object", "measure"]);
+export const NAMES = /** @type {const} */ (["film", "object", "measure", "tag"]);
 
 /** The text of each program in README.md. @returns {Record<string, string>} */
 export function readmePrograms() {
@@ -28,20 +29,18 @@ export function readmePrograms() {
 /** Beside the programs; the film is coded so that each engine here plays it. */
 const TYPES = { html: "text/html", png: "image/png", jpg: "image/png", mp4: "video/webm", glb: "model/gltf-binary" };
 
-const IMPORTS = {
-  deepsft: "/src/index.js",
-  "deepsft/scene": "/src/scene/index.js",
-  three: "/three/build/three.module.js",
-  "three/addons/": "/three/examples/jsm/",
-};
+/** Of docs/bundlers.md: an element that needs no script, and the import map for programs. */
+const [TAG, IMPORT_MAP] = [...readFileSync(join(WWW, "docs", "bundlers.md"), "utf8").matchAll(/```html\n([\s\S]*?)```/g)].map(([, text]) => text);
 
-/** A page with a program, in a part of it of 640 x 360 pixels. */
-const pageOf = (program) => `<!doctype html>
+const HEAD = `<!doctype html>
 <meta charset="utf-8" />
 <link rel="icon" href="data:," />
-<script type="importmap">${JSON.stringify({ imports: IMPORTS })}</script>
 <script>(${showPicture})()</script>
-<style>body { margin: 0 } #ar { width: 640px; height: 360px }</style>
+<style>body { margin: 0 } #ar, deepsft-view { width: 640px; height: 360px }</style>`;
+
+/** A page with a program, in a part of it of 640 x 360 pixels. */
+const pageOf = (program) => `${HEAD}
+${IMPORT_MAP}
 <div id="ar"></div>
 <video playsinline muted width="1" height="1"></video>
 <script type="module">${program}</script>`;
@@ -72,6 +71,7 @@ function showPicture() {
 export async function servePrograms(files) {
   const programs = readmePrograms();
   const places = [
+    ["/deepsft/", sirv(join(WWW, "dist"), { dev: true })],
     ["/three/", sirv(join(WWW, "node_modules", "three"), { dev: true })],
     ["/models/", sirv(join(ROOT, "models"), { dev: true })],
     ["/", sirv(WWW, { dev: true })],
@@ -79,7 +79,8 @@ export async function servePrograms(files) {
   const server = createServer((request, response) => {
     const [, name, ending] = /^\/program\/([\w-]+\.(\w+))/.exec(request.url) ?? [];
     if (name) {
-      const content = ending === "html" ? pageOf(programs[name.replace(".html", "")]) : files[name];
+      const program = programs[name.replace(".html", "")];
+      const content = name === "tag.html" ? HEAD + TAG : program ? pageOf(program) : files[name];
       return response.writeHead(content ? 200 : 404, { "content-type": TYPES[ending] }).end(content);
     }
     const [prefix, answer] = places.find(([prefix]) => request.url.startsWith(prefix));

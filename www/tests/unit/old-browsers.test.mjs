@@ -34,6 +34,7 @@ const DONE_WITHOUT = {
   ".playsInline": "only iOS needs it",
   ".featurePolicy": "read if there; else a policy's refusal counts as the person's",
   ".allowsFeature": "of featurePolicy",
+  ".createPolicy": "of Trusted Types, where a page may require it",
   "Navigator.wakeLock": "called if there; else the screen goes off",
   ".released": "of a wake lock",
   "Navigator.canShare": "called if there; else the file is a download",

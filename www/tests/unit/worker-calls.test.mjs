@@ -1,7 +1,11 @@
 import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { join } from "node:path";
 import { test } from "node:test";
 
+import { WWW } from "../../serve.mjs";
 import { WorkerCalls } from "../../src/engine/worker-calls.js";
+import { VERSION } from "../../src/version.js";
 
 /** A worker that answers while it lives. */
 class FakeWorker extends EventTarget {
@@ -39,4 +43,8 @@ test("a worker that was killed is noticed after some 20 s where it has answered 
   assert.equal(other.hasEnded, false);
   t.mock.timers.tick(8000);
   await assert.rejects(lost, /silent for 20 s/);
+});
+
+test("the version that page and worker compare is that of the package", () => {
+  assert.equal(VERSION, JSON.parse(readFileSync(join(WWW, "package.json"), "utf8")).version);
 });

@@ -104,66 +104,6 @@ export type MeshRequest = {
     registration: Float32Array;
     canonical: Uint8ClampedArray | null;
 };
-/** @import { RawEstimate as EngineEstimate, RawMesh } from "../../pkg/deepsft_web.js" */
-/** @import { LoadProgress } from "./bundle.js" */
-/** @import { DeepSftErrorCode } from "../error.js" */
-/** @import { RawScan } from "../targets/scan.js" */
-/** @import { TargetSource } from "../targets/target-source.js" */
-/**
- * What runs the network.
- *
- * @typedef {object} EngineInfo
- * @property {"webgpu" | "cpu"} device
- * @property {string} adapterName the GPU adapter's name, or what runs on the CPU
- * @property {boolean} software whether a WebGPU adapter is emulated on the CPU
- * @property {string | null} modelName null without a model
- * @property {number} parameters of the network; 0 without a model
- * @property {string} version of this package
- * @property {{ code: DeepSftErrorCode, message: string } | null} fallback why `device: "auto"` took the CPU
- */
-/**
- * Milliseconds in the engine: canonical warp, network, confidence, and finding by features, its fit included.
- *
- * @typedef {EngineEstimate["times"]} EngineTimes
- */
-/** @typedef {NonNullable<EngineEstimate["by"]>} FinderName */
-/**
- * The maps of one frame as they cross from the worker: with the time to read the frame's pixels, and the frame where it is handed back.
- *
- * @typedef {EngineEstimate & { readMs: number, bitmap: ImageBitmap | null }} RawEstimate
- */
-/**
- * What of a mesh no frame changes: three vertex indices per face, counter-clockwise seen from the front, and (u, v) of each
- * vertex.
- *
- * `perMm` is there where the print's size is not known: a millimetre of the engine's in units of its width.
- *
- * @typedef {{ faces: Uint32Array, textureCoordinates: Float32Array, perMm?: number }} MeshTopology
- */
-/**
- * How well a print will be found: `good`, `fair` (lost in hard views), `poor` (found now and then, or mistaken), or `hopeless`. The
- * reasons are sentences for people, the worst first; none where nothing is wrong.
- *
- * @typedef {{ level: "hopeless" | "poor" | "fair" | "good", reasons: string[] }} PictureGrade
- */
-/** @typedef {{ width: number, height: number, rgba: Uint8ClampedArray<ArrayBuffer>, sizeMm: [number, number], mesh: MeshTopology, grade: PictureGrade | null }} TargetDescription */
-/** @typedef {{ module: WebAssembly.Module, files: Map<string, Uint8Array> | null, device: "auto" | "webgpu" | "cpu" }} StartRequest */
-/** @typedef {{ id: number, source: TargetSource }} TargetRequest */
-/** @typedef {{ file: Blob, width: number, height: number }} PhotographRequest the size of the picture as it is shown */
-/** @typedef {{ files: Map<string, Uint8Array>, mmPerUnit: number | undefined }} ScanRequest */
-/** @typedef {{ id: number, frame: ImageBitmap | ImageData, intrinsics: number[], fit: boolean }} EstimateRequest intrinsics are fx, fy, cx, cy, k1, k2, p1, p2, k3 */
-/** @typedef {{ ids: number[], estimated: boolean, frame: ImageBitmap | ImageData, intrinsics: number[], focal: number }} FindRequest `focal`: of the canonical image, pixels */
-/**
- * What the finders say of one target in a frame: the vertices of its mesh (x, y, z each, camera frame, mm), the likeliest first.
- *
- * @typedef {{ id: number, sightings: Float32Array[] }} RawAnswer
- */
-/** @typedef {{ answers: RawAnswer[], estimate: RawEstimate | null }} RawFinding the estimate is that of the model's network */
-/**
- * With the canonical image: a mesh fitted to it. Without: ARAP completion of the maps.
- *
- * @typedef {{ id: number, width: number, focal: number, depth: Float32Array, registration: Float32Array, canonical: Uint8ClampedArray | null }} MeshRequest
- */
 /**
  * Compiles the WebAssembly module while it downloads.
  *

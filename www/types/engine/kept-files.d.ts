@@ -1,5 +1,5 @@
 /**
- * Kept files of one folder. What cannot be kept is fetched each time: without Cache storage (insecure pages, some private windows),
+ * Kept files of one folder. What cannot be kept is fetched each time: without Cache storage (insecure pages, sandboxed frames, some private windows),
  * without room, or where it is not wanted. No failure of the storage is an error.
  */
 export declare class KeptFiles {

@@ -78,7 +78,7 @@ export type SceneOptions = {
     /**
      * options of `DeepSft.load`
      */
-    load?: Pick<LoadOptions, "device" | "wasmUrl" | "workerUrl" | "onProgress">;
+    load?: Pick<LoadOptions, "device" | "baseUrl" | "onProgress">;
     /**
      * closes the scene
      */

@@ -1,0 +1,52 @@
+// The package for pages without a bundler, and for bundlers that do not find its worker: one minified module for each door of the package,
+// one script for the worker, and the engine, in one folder, dist/. `cargo xtask web` calls it after it has built the engine. By hand:
+//
+//     node dist.mjs
+
+import { build } from "esbuild";
+import { copyFile, readFile, rename, rm } from "node:fs/promises";
+import { basename, join } from "node:path";
+import { fileURLToPath } from "node:url";
+
+const www = (name) => fileURLToPath(new URL(name, import.meta.url));
+
+const OUT = www("dist");
+const ENGINE = "pkg/deepsft_web_bg.wasm";
+
+/** Modules that share what they have in common, so that a page may import several. three.js is the page's own. */
+const DOORS = { deepsft: "src/index.js", light: "src/light/index.js", three: "src/three/index.js", scene: "src/scene/index.js" };
+
+/** Addresses that the sources have from their own folders, by the ends of their files' names; here all files lie in one. */
+const ADDRESSES = {
+  "src/deepsft.js": ["../dist/deepsft_web_bg.wasm", "./deepsft_web_bg.wasm"],
+  "src/engine/worker-calls.js": ["../worker.js", "./worker.js"],
+};
+
+const inOneFolder = {
+  name: "in-one-folder",
+  setup({ onLoad }) {
+    onLoad({ filter: /src[\\/](deepsft|engine[\\/]worker-calls)\.js$/ }, async ({ path }) => {
+      const [, [from, to]] = Object.entries(ADDRESSES).find(([end]) => path.replaceAll("\\", "/").endsWith(end));
+      const source = await readFile(path, "utf8");
+      const parts = source.split(`new URL("${from}", import.meta.url)`);
+      if (parts.length !== 2) throw new Error(`${path} has the address ${from} ${parts.length - 1} times, not once`);
+      return { contents: parts.join(`new URL("${to}", import.meta.url)`) };
+    });
+  },
+};
+
+/** Writes the folder aside and renames it: it is never half there. */
+export async function writeDist() {
+  const partial = `${OUT}.tmp`;
+  await rm(partial, { recursive: true, force: true });
+  const options = { bundle: true, minify: true, format: "esm", target: "es2022", outdir: partial, plugins: [inOneFolder], legalComments: "eof", logLevel: "warning" };
+  const absolute = (doors) => Object.fromEntries(Object.entries(doors).map(([name, file]) => [name, www(file)]));
+  await build({ ...options, entryPoints: absolute(DOORS), splitting: true, chunkNames: "shared-[hash]", external: ["three"] });
+  // With all that it needs: a page that has it writes no script at all.
+  await build({ ...options, entryPoints: absolute({ element: "src/scene/element.js", worker: "src/worker.js" }) });
+  await copyFile(www(ENGINE), join(partial, basename(ENGINE)));
+  await rm(OUT, { recursive: true, force: true });
+  await rename(partial, OUT);
+}
+
+if (process.argv[1] === fileURLToPath(import.meta.url)) await writeDist();
