@@ -160,7 +160,7 @@ function closeMessage() {
 /** @param {LoadProgress} progress */
 function showProgress({ phase, loadedBytes, totalBytes }) {
   const megabytes = (/** @type {number} */ bytes) => (bytes / 1e6).toFixed(1);
-  if (phase === "start") return showWaiting(subjects.kind === "poster" ? "Starting the network" : "Starting the engine");
+  if (phase === "start") return showWaiting(subjects.kind === "picture" ? "Starting the engine" : "Starting the network");
   const what = phase === "engine" ? "engine" : "model";
   const words = `Fetching the ${what}`;
   // What is the same is not read out again.
@@ -267,7 +267,7 @@ function createLive() {
   const shown = () => (view.loading.hidden = source?.stream?.interrupted !== true);
   created.onEstimate = shown;
   created.onDraw = () => shots.add(scene);
-  created.onMesh = (mesh, camera, atOnce) => measures.show(mesh, camera, atOnce);
+  created.onMesh = (mesh, camera, atOnce = false) => measures.show(mesh, camera, atOnce, subjects.kind !== "tube");
   created.onFrame = () => subjects.kind === "picture" && shown();
   for (const button of view.overlays.querySelectorAll("button"))
     button.hidden = !stage.overlays.includes(/** @type {Overlay} */ (button.dataset.overlay));
@@ -456,10 +456,12 @@ function openHud(open) {
   view.hudToggle.setAttribute("aria-expanded", String(open));
 }
 
-byId("use-camera", HTMLButtonElement).addEventListener("click", () => {
-  subjects.choose("poster");
-  startVideo("camera", cameraSource);
-});
+for (const [id, subject] of /** @type {const} */ ([["use-camera", "poster"], ["use-tube", "tube"]])) {
+  byId(id, HTMLButtonElement).addEventListener("click", () => {
+    subjects.choose(subject);
+    startVideo("camera", cameraSource);
+  });
+}
 byId("use-clip", HTMLButtonElement).addEventListener("click", startClip);
 byId("use-image", HTMLButtonElement).addEventListener("click", () => {
   subjects.choose("poster");

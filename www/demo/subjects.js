@@ -1,4 +1,4 @@
-// What the page looks for: the poster, by the network that was trained for it, or a person's own picture, by its features.
+// What the page looks for: the poster, flat or as a tube, by the networks that were trained for them, or a person's own picture, by its features.
 
 import { DeepSft } from "deepsft";
 import { VERSION } from "./offline/version.js";
@@ -8,12 +8,15 @@ import { VERSION } from "./offline/version.js";
 
 /**
  * @typedef {object} Subject
- * @property {"poster" | "picture"} kind
+ * @property {"poster" | "tube" | "picture"} kind
  * @property {DeepSft} sft
  * @property {Target} target
  */
 
-const POSTER_MODEL = "models/poster-a4/";
+/** Models of what comes with the page. */
+const MODELS = { poster: "models/poster-a4/", tube: "models/paper-tube/" };
+
+/** @typedef {keyof typeof MODELS} Ours */
 
 /** `?device=webgpu` or `?device=cpu` forces a device; `?model=` names another model of this server. */
 const parameters = new URLSearchParams(location.search);
@@ -25,7 +28,7 @@ export class Subjects {
   #engines = new Map();
   /** The first of them that was there. @type {DeepSft | null} */
   #loaded = null;
-  /** @type {ReadyPicture | "poster"} */
+  /** @type {ReadyPicture | Ours} */
   #chosen = "poster";
   /** The picture that an engine knows. @type {{ picture: ReadyPicture, subject: Promise<Subject> } | null} */
   #known = null;
@@ -40,10 +43,10 @@ export class Subjects {
   }
 
   get kind() {
-    return this.#chosen === "poster" ? "poster" : "picture";
+    return typeof this.#chosen === "string" ? this.#chosen : "picture";
   }
 
-  /** @param {ReadyPicture | "poster"} subject */
+  /** @param {ReadyPicture | Ours} subject */
   choose(subject) {
     this.#chosen = subject;
   }
@@ -55,10 +58,10 @@ export class Subjects {
    */
   async ready() {
     const chosen = this.#chosen;
-    if (chosen === "poster") {
-      const sft = await this.#engine(parameters.get("model") ?? POSTER_MODEL);
+    if (typeof chosen === "string") {
+      const sft = await this.#engine((chosen === "poster" && parameters.get("model")) || MODELS[chosen]);
       // The model's own target comes first.
-      return { kind: "poster", sft, target: sft.targets[0] };
+      return { kind: chosen, sft, target: sft.targets[0] };
     }
     if (this.#known?.picture !== chosen) {
       const before = this.#known?.subject;
@@ -106,7 +109,7 @@ export class Subjects {
     const known = this.#engines.get(model);
     if (known) return known;
     // The site's service worker keeps our own already.
-    const keep = VERSION === null || model !== POSTER_MODEL;
+    const keep = VERSION === null || model !== MODELS.poster;
     const loading = DeepSft.load(model === "" ? undefined : model, { device: wantedDevice(), keep, onProgress: this.#onProgress });
     this.#engines.set(model, loading);
     loading.then(

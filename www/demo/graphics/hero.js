@@ -8,7 +8,8 @@ const COLUMNS = 56;
 const ROWS = 40;
 /** The sheet is drawn in a box of this size, mm: the poster fills it. */
 const BOX_MM = [297, 210];
-const POSTER_URL = "models/poster-a4/template/texture.png";
+/** The texture of the poster, 768 pixels wide: as an ornament the whole of it, 1.8 MB, would be too much. */
+const POSTER_URL = "demo/hero.webp";
 /** Seconds in which the poster appears once it is there. */
 const APPEAR_SECONDS = 0.6;
 /** The moment that shows it well, for those who want no motion. */

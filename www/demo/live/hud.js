@@ -42,6 +42,13 @@ function element(selector) {
   return found;
 }
 
+/** What is said where it is not found, and what helps. */
+const MISSING = {
+  poster: ["Poster not found", "Show the whole sheet, in even light, 25 to 90\u00a0cm away."],
+  tube: ["Tube not found", "Show the whole tube, in even light, 25 to 90\u00a0cm away."],
+  picture: ["Looking for your picture", "Show the whole print, nearly flat at first, in even light, large in the picture."],
+};
+
 export class Hud {
   /** @type {Map<string, number>} running means by name */
   #means = new Map();
@@ -91,21 +98,18 @@ export class Hud {
   /** @param {Subject} subject what is looked for */
   showSubject(subject) {
     const { kind, target } = subject;
-    this.#missing = kind === "poster" ? "Poster not found" : "Looking for your picture";
-    element("#hint").textContent =
-      kind === "poster"
-        ? "Show the whole sheet, in even light, 25 to 90\u00a0cm away."
-        : "Show the whole print, nearly flat at first, in even light, large in the picture.";
-    element("#network-word").textContent = kind === "poster" ? "Network" : "Find";
-    element("#pace-term").textContent = kind === "poster" ? "Network, beside the tracker" : "Finder, beside the tracker";
-    element("#model-term").textContent = kind === "poster" ? "Model" : "Your picture";
+    [this.#missing, element("#hint").textContent] = MISSING[kind];
+    const hasNetwork = kind !== "picture";
+    element("#network-word").textContent = hasNetwork ? "Network" : "Find";
+    element("#pace-term").textContent = hasNetwork ? "Network, beside the tracker" : "Finder, beside the tracker";
+    element("#model-term").textContent = hasNetwork ? "Model" : "Your picture";
     if (kind === "picture") element("#model").textContent = `${target.name}, ${formatSize(target.widthMm, target.heightMm)}`;
     this.showEngine(subject);
   }
 
   /** @param {Subject} subject */
   showEngine({ kind, sft: { info } }) {
-    if (kind === "poster") element("#model").textContent = `${info.modelName}, ${millions(info.parameters)} parameters`;
+    if (kind !== "picture") element("#model").textContent = `${info.modelName}, ${millions(info.parameters)} parameters`;
     if (info === this.#engine) return;
     this.#engine = info;
     const name = info.device === "webgpu" ? (info.software ? "WebGPU (software)" : "WebGPU") : "CPU";

@@ -18,11 +18,12 @@ const NEWS = { degrees: 12, fraction: 0.15 };
 /**
  * @param {Measures} measures
  * @param {boolean} about whether the camera is only estimated
+ * @param {boolean} [bends] whether it is flat at rest: a tube is bent by nature
  */
-export function measuresInWords({ distanceMm, bendDegrees }, about) {
+export function measuresInWords({ distanceMm, bendDegrees }, about, bends = true) {
   const bend = bendDegrees < FLAT_DEGREES ? "Flat" : `Bent by ${Math.round(bendDegrees)}°`;
   const distance = distanceMm < 995 ? `${Math.round(distanceMm / 10)} cm` : `${(distanceMm / 1000).toFixed(1)} m`;
-  return `${bend}, ${about ? "about " : ""}${distance} away`;
+  return bends ? `${bend}, ${about ? "about " : ""}${distance} away` : `${about ? "About " : ""}${distance} away`;
 }
 
 /**
@@ -60,9 +61,10 @@ export class MeasuresPanel {
   /**
    * @param {SurfaceMesh | null} mesh
    * @param {SourcedCamera} camera
-   * @param {boolean} [atOnce] of a single image
+   * @param {boolean} atOnce of a single image
+   * @param {boolean} bends as for {@link measuresInWords}
    */
-  show(mesh, camera, atOnce = false) {
+  show(mesh, camera, atOnce, bends) {
     const now = performance.now();
     if (!mesh) return this.hide();
     const isStill = !atOnce && now - this.#shownAt < STAND_MS;
@@ -75,7 +77,7 @@ export class MeasuresPanel {
       bendDegrees: bendDegrees + weight * (seen.bendDegrees - bendDegrees),
     };
     [this.#tookAt, this.#shownAt] = [now, now];
-    const words = measuresInWords(this.#mean, camera.source === "estimated");
+    const words = measuresInWords(this.#mean, camera.source === "estimated", bends);
     if (this.#words.textContent !== words) this.#words.textContent = words;
     this.#words.hidden = false;
     if (now - this.#readAt < READ_MS || !isNews(this.#read, this.#mean)) return;

@@ -1,14 +1,18 @@
-// Objects with a volume in a page, without any training: the soft toy of this repository, and its poster around a tube.
+// Objects with a volume in a page: the soft toy of this repository and its poster around a tube, without any training; and on the demo page,
+// before a camera, the tube by its own network.
 
 import assert from "node:assert/strict";
+import { mkdtemp, rm, writeFile } from "node:fs/promises";
+import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { test } from "node:test";
 
 import { ROOT } from "../../serve.mjs";
-import { SLOW_MS } from "../support/browser.mjs";
+import { SLOW_MS, launch, openDemo } from "../support/browser.mjs";
 import { makeClip } from "../support/clips.mjs";
 import { made } from "../support/native.mjs";
 import { onPage } from "../support/page.mjs";
+import { y4m } from "../support/y4m.mjs";
 
 const FRAMES = 40;
 
@@ -25,6 +29,13 @@ const OBJECTS = {
     most: 3,
   },
 };
+
+/** How far the median vertex is off, mm. */
+function medianDistance(vertices, truth) {
+  const distance = (_, i) => Math.hypot(...[0, 1, 2].map((axis) => vertices[3 * i + axis] - truth[3 * i + axis]));
+  const off = Array.from({ length: truth.length / 3 }, distance).sort((a, b) => a - b);
+  return off[off.length >> 1];
+}
 
 const follows = ({ shown, added, most }) => async () => {
   const clip = await makeClip({ event: "motion", frames: FRAMES, seed: 9_000_001, scale: 2, template: await shown() });
@@ -60,9 +71,7 @@ const follows = ({ shown, added, most }) => async () => {
     const found = seen.meshes.flatMap((vertices, i) => (vertices ? [{ vertices, truth: clip.frames[i].vertices }] : []));
     assert.ok(found.length >= 0.8 * FRAMES, `found in ${found.length} of ${FRAMES} frames`);
     for (const { vertices, truth } of found.slice(-5)) {
-      const distance = (_, i) => Math.hypot(...[0, 1, 2].map((axis) => vertices[3 * i + axis] - truth[3 * i + axis]));
-      const off = Array.from({ length: truth.length / 3 }, distance).sort((a, b) => a - b);
-      const median = off[off.length >> 1];
+      const median = medianDistance(vertices, truth);
       assert.ok(median < most, `the median vertex is ${median.toFixed(1)} mm off`);
     }
   });
@@ -70,3 +79,38 @@ const follows = ({ shown, added, most }) => async () => {
 
 for (const [name, object] of Object.entries(OBJECTS))
   test(`${name} is found and followed as a picture is`, { timeout: SLOW_MS }, follows(object));
+
+test("the poster rolled to a tube is followed on the page before a camera, by its own network", { timeout: SLOW_MS }, async () => {
+  const clip = await makeClip({ event: "motion", frames: FRAMES, seed: 9_000_001, scale: 2, template: join(ROOT, "models", "paper-tube", "template") });
+  const folder = await mkdtemp(join(tmpdir(), "deepsft-tube-"));
+  let browser;
+  try {
+    const camera = join(folder, "camera.y4m");
+    // There and back: a loop without a jump.
+    const pictures = clip.frames.map(({ picture }) => picture);
+    await writeFile(camera, y4m([...pictures, ...pictures.toReversed()], 10));
+    browser = await launch({ webgpu: false, camera });
+    const demo = await openDemo(browser, { device: { viewport: { width: 640, height: 480 } }, query: "?device=cpu", permissions: ["camera"] });
+    const { page } = demo;
+    await page.evaluate(() => {
+      globalThis.meshes = [];
+      globalThis.answers = 0;
+      document.addEventListener("deepsft-tracked", ({ tracked: { found, mesh } }) => found && meshes.push([...mesh.vertices]));
+      document.addEventListener("deepsft-estimate", ({ estimate }) => (answers += Number(estimate.found && estimate.by === "network")));
+    });
+    await page.click("#use-tube");
+    await page.waitForFunction(() => meshes.length >= 30 && answers >= 3);
+    await demo.screenshot("tube-live");
+    const { seen, subject } = await page.evaluate(() => ({ seen: meshes.slice(-15), subject: document.querySelector("#live").dataset.subject }));
+    assert.equal(subject, "tube");
+    // A tube is bent by nature.
+    assert.match(await page.textContent("#measures"), /^About \d+ cm away$/);
+    // The page guesses the focal length that the clip has, to a percent.
+    const nearest = seen.map((vertices) => Math.min(...clip.frames.map(({ vertices: truth }) => medianDistance(vertices, truth)))).sort((a, b) => a - b);
+    assert.ok(nearest[7] < 8, `${nearest.map((mm) => mm.toFixed(1))} mm off`);
+    await demo.finish();
+  } finally {
+    await browser?.close();
+    await rm(folder, { recursive: true, force: true });
+  }
+});
