@@ -1,8 +1,18 @@
 // The documentation's Markdown as pages of a site.
 
 import { readFile } from "node:fs/promises";
-import { basename, posix } from "node:path";
+import { basename, dirname, join, posix } from "node:path";
+import highlight from "highlight.js/lib/core";
+import bash from "highlight.js/lib/languages/bash";
+import javascript from "highlight.js/lib/languages/javascript";
+import json from "highlight.js/lib/languages/json";
+import rust from "highlight.js/lib/languages/rust";
+import xml from "highlight.js/lib/languages/xml";
 import { Marked } from "marked";
+
+/** By the names that the pages have for them. */
+const LANGUAGES = { js: javascript, jsx: javascript, json, rust, sh: bash, html: xml };
+for (const [name, language] of Object.entries(LANGUAGES)) highlight.registerLanguage(name, language);
 
 const REPOSITORY = "https://github.com/deepsft/deepsft";
 const STYLE = `
@@ -19,7 +29,16 @@ const STYLE = `
   th, td { padding: 6px 12px 6px 0; border-bottom: 1px solid var(--line); text-align: left; vertical-align: top; }
   code { font: 0.88em ui-monospace, Menlo, Consolas, monospace; background: var(--deep); padding: 1px 5px; border-radius: 4px; }
   pre { padding: 14px 16px; overflow-x: auto; background: var(--deep); border-radius: 10px; line-height: 1.45; } pre code { padding: 0; background: none; }
-  em { color: var(--soft); }`;
+  em { color: var(--soft); }
+  form { margin-top: 14px; } input { width: min(100%, 22rem); padding: 8px 12px; border: 1px solid var(--line); border-radius: 8px; background: var(--paper); color: inherit; font: inherit; box-sizing: border-box; }
+  #sections { padding-left: 1.2em; } #sections:empty { display: none; }
+  nav a { white-space: nowrap; margin-right: 14px; } nav a.page { display: none; } nav a[aria-current] { color: inherit; text-decoration: none; font-weight: 600; }
+  .hljs-comment { color: var(--soft); font-style: italic; } .hljs-string, .hljs-attr, .hljs-number, .hljs-literal { color: light-dark(#7a4a00, #e7bd7a); }
+  .hljs-keyword, .hljs-built_in, .hljs-name, .hljs-tag { color: light-dark(#7c2d5a, #e39ac3); } .hljs-title { color: var(--link); }
+  @media (min-width: 76rem) {
+    body { margin-left: 19rem; }
+    nav.pages { position: fixed; left: 0; top: 0; bottom: 0; width: 15rem; padding: 24px; overflow-y: auto; line-height: 1.9; } nav.pages a, nav.pages a.page { display: block; }
+  }`;
 
 /**
  * @param {string} source a file of `docs/`
@@ -34,8 +53,9 @@ export async function docsPage(source, isInSite) {
         const id = headingId(text, seen);
         return `<h${depth} id="${id}">${this.parser.parseInline(tokens)}</h${depth}>\n`;
       },
-      code({ text }) {
-        return `<pre tabindex="0"><code>${escaped(text)}</code></pre>\n`;
+      code({ text, lang }) {
+        const html = lang in LANGUAGES ? highlight.highlight(text, { language: lang }).value : escaped(text);
+        return `<pre tabindex="0"><code>${html}</code></pre>\n`;
       },
     },
     walkTokens(token) {
@@ -45,7 +65,7 @@ export async function docsPage(source, isInSite) {
   const markdown = await readFile(source, "utf8");
   const body = (await marked.parse(markdown)).replaceAll("<table>", '<div class="wide" tabindex="0"><table>').replaceAll("</table>", "</table></div>");
   const [, title] = /^# (.+)$/m.exec(markdown) ?? [null, basename(source)];
-  const up = basename(source) === "index.md" ? '<a href="../">The demo page</a> · <a href="../examples/index.html">Examples</a>' : '<a href="index.html">All pages</a>';
+  const nav = await navigation(join(dirname(source), "index.md"), basename(source));
   return `<!doctype html>
 <html lang="en">
 <head>
@@ -56,12 +76,42 @@ export async function docsPage(source, isInSite) {
 <style>${STYLE}</style>
 </head>
 <body>
-<nav>${up}</nav>
+${nav}
+<form role="search" onsubmit="return false"><input type="search" aria-label="Search these pages" placeholder="Search" /><ol id="sections" aria-live="polite"></ol></form>
 <main>
 ${body}</main>
+<script type="module" src="search.js"></script>
 </body>
 </html>
 `;
+}
+
+/** Beside each page: the others, in the order of the list, and what else there is on the site. @param {string} index its file */
+async function navigation(index, own) {
+  const list = await readFile(index, "utf8");
+  const pages = [...list.matchAll(/^\| \[([^\]]+)\]\(([\w-]+\.md)\)/gm)].map(([, title, file]) => [file, title]);
+  const current = (file) => (file === own ? ' aria-current="page"' : "");
+  const link = ([file, title]) => `<a class="page" href="${file.replace(/md$/, "html")}"${current(file)}>${escaped(title)}</a>`;
+  const others = '<a href="api/index.html">API reference</a> <a href="../examples/index.html">Examples</a> <a href="../">The demo page</a>';
+  return `<nav class="pages" aria-label="Pages"><a href="index.html"${current("index.md")}>Documentation</a> ${pages.map(link).join(" ")} ${others}</nav>`;
+}
+
+/**
+ * The sections of a page, for the search.
+ *
+ * @param {string} source a file of `docs/`
+ * @returns {Promise<{ href: string, page: string, title: string, text: string }[]>}
+ */
+export async function sectionsOf(source) {
+  const seen = new Map();
+  const markdown = await readFile(source, "utf8");
+  const plain = (text) => text.replace(/!?\[([^\]]*)\]\([^)]*\)/g, "$1").replace(/[`*|#]/g, " ").replace(/\s+/g, " ").trim();
+  const sections = markdown.split(/^(?=#{1,3} )/m).map((section) => /^#+ (.+)\n?([\s\S]*)/.exec(section)).filter(Boolean);
+  const page = plain(sections[0]?.[1] ?? "");
+  return sections.map(([, heading, text]) => ({
+    href: `${basename(source).replace(/md$/, "html")}#${headingId(heading, seen)}`,
+    ...{ page, title: plain(heading), text: plain(text) },
+  }));
 }
 
 /** Where a link of a page leads on the site, or in the repository where the site has no such file. */

@@ -6,8 +6,11 @@
 // With --offline, as `cargo xtask demo` has it, there is the site's service worker too: browsers then keep the page, and load it again when
 // it has changed. With --lan there is a second server, for the other devices of the network, over https; the port is then that one's.
 
+import { rmSync } from "node:fs";
+import { mkdtemp } from "node:fs/promises";
 import { createServer } from "node:http";
 import { createServer as createSecureServer } from "node:https";
+import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { fileURLToPath } from "node:url";
 import sirv from "sirv";
@@ -19,7 +22,8 @@ export const ROOT = fileURLToPath(new URL("..", import.meta.url));
 
 const FOLDERS = { "/models/": join(ROOT, "models"), "/three/": join(WWW, "node_modules", "three", "build"), "/": WWW };
 const OFFLINE = /^\/(service-worker|demo\/offline\/version)\.js$/;
-const DOCS = /^\/docs\/[\w-]+\.html$/;
+const DOCS = /^\/docs\/([\w-]+\.html|search\.json)$/;
+const REFERENCE = "/docs/api/";
 const LOOPBACK = "127.0.0.1";
 
 /** The first port that is tried when none is asked for, on this machine and for the network, and how many are. */
@@ -56,8 +60,10 @@ export async function serve({ port = 0, host = LOOPBACK, folders = FOLDERS, head
     }
     if (folders === FOLDERS && DOCS.test(request.url)) {
       const text = await docsPageNamed(request.url.slice(1));
-      return response.writeHead(text === undefined ? 404 : 200, { "content-type": "text/html" }).end(text);
+      return response.writeHead(text === undefined ? 404 : 200, { "content-type": request.url.endsWith("json") ? "application/json" : "text/html" }).end(text);
     }
+    if (folders === FOLDERS && request.url.startsWith(REFERENCE) && !places.some(({ prefix }) => prefix === REFERENCE))
+      places.unshift({ prefix: REFERENCE, files: sirv(await reference(), { dev: true }) });
     const place = places.find(({ prefix }) => request.url.startsWith(prefix));
     if (!place || /\/\./.test(decoded(request.url))) return response.writeHead(404).end();
     request.url = `/${request.url.slice(place.prefix.length)}`;
@@ -77,6 +83,19 @@ export async function serve({ port = 0, host = LOOPBACK, folders = FOLDERS, head
         server.close(resolve);
       }),
   };
+}
+
+/** A folder with the reference of the package, made when it is first asked for. @type {Promise<string> | undefined} */
+let referenceFolder;
+
+function reference() {
+  return (referenceFolder ??= (async () => {
+    const { writeReference } = await import("./reference.mjs");
+    const folder = await mkdtemp(join(tmpdir(), "deepsft-reference-"));
+    process.once("exit", () => rmSync(folder, { recursive: true, force: true }));
+    await writeReference(folder);
+    return folder;
+  })());
 }
 
 /** An address without its escapes, to look for hidden files in. */

@@ -4,11 +4,12 @@
 //     node site.mjs DIR
 
 import { createHash } from "node:crypto";
-import { copyFile, mkdir, readFile, readdir, realpath, rename, rm, stat, writeFile } from "node:fs/promises";
+import { copyFile, mkdir, mkdtemp, readFile, readdir, realpath, rename, rm, stat, writeFile } from "node:fs/promises";
+import { tmpdir } from "node:os";
 import { basename, dirname, join, relative, resolve, sep } from "node:path";
 import { fileURLToPath } from "node:url";
 
-import { docsPage } from "./docs-page.mjs";
+import { docsPage, sectionsOf } from "./docs-page.mjs";
 
 const www = (name) => fileURLToPath(new URL(name, import.meta.url));
 
@@ -26,9 +27,12 @@ export const LIST = "site.txt";
 const LIST_HEAD = "The files of this site. A folder that holds others is not replaced.";
 
 /** What runs: the rest is to be read, or to be printed. A model's own list names its files. */
-const RUNS = /^(index\.html|app\.webmanifest|(demo|src|examples|three)\/.*|pkg\/.*\.js|dist\/.*\.wasm|models\/[^/]+\/model\.json)$/;
+const RUNS = /^(index\.html|app\.webmanifest|(demo|src|examples|three)\/.*|pkg\/.*\.js|dist\/.*\.wasm|models\/(?!soft-toy\/)[^/]+\/model\.json)$/;
 const RUNS_NOT = /LICENSE|screenshot|\.mjs$|^demo\/offline\/(version|service-worker)\.js$/;
 const DOCS = /^docs\/[^/]+\.md$/;
+const SEARCH = "docs/search.json";
+/** A site with this page has the reference of the package beside it, in this folder. */
+const [DOCS_INDEX, REFERENCE] = ["docs/index.md", "docs/api"];
 const VERSION = "demo/offline/version.js";
 const SERVICE_WORKER = "service-worker.js";
 const SERVICE_WORKER_SOURCE = `demo/offline/${SERVICE_WORKER}`;
@@ -45,7 +49,23 @@ const LEFT_OUT = /^\.|\.checkpoint|\.tmp$/;
  * @throws when a part is missing, or a folder that would be replaced holds anything else
  */
 export async function writeSite(out, parts = PARTS) {
+  const reference = await mkdtemp(join(tmpdir(), "deepsft-reference-"));
+  try {
+    return await writeSiteWith(reference, out, parts);
+  } finally {
+    await rm(reference, { recursive: true, force: true });
+  }
+}
+
+/** @param {string} reference an empty folder, for the pages of the reference */
+async function writeSiteWith(reference, out, parts) {
   const sources = await sourcesOf(parts);
+  if (sources.has(DOCS_INDEX)) {
+    // TypeScript, which it is made with, is large; the tests have no use for it.
+    const { writeReference } = await import("./reference.mjs");
+    await writeReference(reference);
+    for (const [file, path] of await filesOf(reference)) sources.set(`${REFERENCE}/${file}`, path);
+  }
   const written = { ...(await docsPages(sources)), ...(sources.has(SERVICE_WORKER_SOURCE) ? await offlineFiles(sources) : {}) };
   const folder = await realpath(out).catch(() => resolve(out));
   const [partial, old] = [`${folder}.partial`, `${folder}.old`];
@@ -78,16 +98,17 @@ async function sourcesOf(parts) {
   return sources;
 }
 
-/** Pages of the documentation by their names. @param {Map<string, string>} sources where each file lies */
+/** Pages of the documentation by their names, and what their search looks through. @param {Map<string, string>} sources where each file lies */
 async function docsPages(sources) {
   const names = [...sources.keys()].filter((name) => DOCS.test(name));
   const page = async (name) => [name.replace(/md$/, "html"), await docsPage(sources.get(name), (other) => sources.has(other))];
-  return Object.fromEntries(await Promise.all(names.map(page)));
+  const sections = (await Promise.all(names.sort().map((name) => sectionsOf(sources.get(name))))).flat();
+  return { ...Object.fromEntries(await Promise.all(names.map(page))), ...(names.length > 0 && { [SEARCH]: JSON.stringify(sections) }) };
 }
 
-/** A page of the documentation as the site has it; undefined where there is none. @param {string} name such as "docs/index.html" */
+/** A page of the documentation as the site has it, or what its search looks through; undefined where there is none. @param {string} name such as "docs/index.html" */
 export async function docsPageNamed(name) {
-  return DOCS.test(name.replace(/html$/, "md")) ? (await docsPages(await sourcesOf(PARTS)))[name] : undefined;
+  return name === SEARCH || DOCS.test(name.replace(/html$/, "md")) ? (await docsPages(await sourcesOf(PARTS)))[name] : undefined;
 }
 
 /**

@@ -9,7 +9,7 @@ import { test } from "node:test";
 import { writeSite } from "../../site.mjs";
 import { SLOW_MS, launch, openDemo } from "../support/browser.mjs";
 
-test("the static site runs the clip and an example with three.js below any path, and asks for nothing outside of it", { timeout: SLOW_MS }, async () => {
+test("the static site runs the clip and an example with three.js below any path, its pages can be searched, and it asks for nothing outside of it", { timeout: SLOW_MS }, async () => {
   const folder = await mkdtemp(join(tmpdir(), "deepsft-site-"));
   const browser = await launch();
   try {
@@ -31,6 +31,12 @@ test("the static site runs the clip and an example with three.js below any path,
     await demo.page.goto(`${demo.origin}/sub/examples/object.html?clip`);
     // Its hint goes when the sheet is found.
     await demo.page.waitForSelector("p:empty", { state: "attached" });
+    await demo.page.goto(`${demo.origin}/sub/docs/index.html`);
+    await demo.page.fill("input[type=search]", "print laid flat");
+    await demo.page.click("#sections a:has-text('Flat')");
+    await demo.page.waitForSelector("h2#flat");
+    await demo.page.click("nav a:has-text('API reference')");
+    await demo.page.waitForSelector("a[href='modules/deepsft_scene.html']");
     await demo.finish();
     const outside = [...paths].filter((path) => !path.startsWith("/sub/"));
     assert.deepEqual(outside, [], "requests outside of the site");

@@ -13,7 +13,7 @@ test("the declarations in types/ are those of the sources (npm run types writes 
   try {
     // Complaints about the sources are for `npm run check`; declarations are written all the same.
     const { error } = spawnSync(process.execPath, [
-      join(WWW, "node_modules", "typescript", "bin", "tsc"),
+      join(WWW, "node_modules", "typescript-7", "bin", "tsc"),
       "-p",
       join(WWW, "tsconfig.types.json"),
       "--outDir",
