@@ -4,15 +4,16 @@ import { fetchBundle } from "./engine/bundle.js";
 import { compileEngine } from "./engine/engine-worker.js";
 import { LastingEngine, closedError } from "./engine/lasting-engine.js";
 import { requireBrowser } from "./engine/requirements.js";
+import { DeepSftError } from "./error.js";
 import { FrameRequests } from "./frame-requests.js";
 import { Scan, scanFiles } from "./targets/scan.js";
-import { Target, unknownTarget } from "./targets/target.js";
 import { isSamePicture, pictureSource, templateSource, unusable } from "./targets/target-source.js";
+import { Target, unknownTarget } from "./targets/target.js";
 import { LastingTracker } from "./tracking/lasting-tracker.js";
 import { Session } from "./tracking/session.js";
 import { TrackerWorker } from "./tracking/tracker-worker.js";
 
-/** @import { EstimateOptions } from "./frame-requests.js" */
+/** @import { EstimateOptions, FlatPrint, FlattenOptions } from "./frame-requests.js" */
 /** @import { Estimate } from "./results/estimate.js" */
 /** @import { LoadProgress } from "./engine/bundle.js" */
 /** @import { StartPlan } from "./engine/lasting-engine.js" */
@@ -297,6 +298,20 @@ export class DeepSft {
   }
 
   /**
+   * Lays a print flat as one image shows it: found, fitted to the image's own pixels, and each place of the print looked up in the image.
+   * For forms, labels, drawings on a print.
+   *
+   * @param {ImageInput} image
+   * @param {FlattenOptions} [options]
+   * @returns {Promise<FlatPrint | null>} null where the print is not found
+   * @throws {DeepSftError} as `estimate`
+   * @throws {DeepSftError} `invalid-argument` for a width that is none
+   */
+  flatten(image, options = {}) {
+    return this.#requests.flatten(image, options);
+  }
+
+  /**
    * Follows the meshes of targets through a video at the camera's rate: a tracker in a worker of its own takes each newest
    * frame, and the finders, beside it and at their own rate, tell it where to start, confirm it, and find
    * targets again that were lost.
@@ -305,7 +320,7 @@ export class DeepSft {
    * @param {FollowOptions} [options]
    * @returns {Session} of frames, to be iterated: `for await (const frame of session)`
    * @throws {DeepSftError} `closed`, `engine-load`, `target-unknown`
-   * @throws {RangeError} for a `smooth` that is none
+   * @throws {DeepSftError} `invalid-argument` for a `smooth` that is none
    */
   follow(source, { targets: wanted, smooth = false, signal, ...options } = {}) {
     signal?.throwIfAborted();
@@ -363,8 +378,8 @@ function nameOf(image) {
 function checkedSmoothing(smooth) {
   const { minCutoff, beta } = smooth;
   if (minCutoff !== undefined && !(Number.isFinite(minCutoff) && minCutoff > 0))
-    throw new RangeError(`minCutoff is ${minCutoff}, expected a positive number`);
+    throw new DeepSftError("invalid-argument", `minCutoff is ${minCutoff}, expected a positive number`);
   if (beta !== undefined && !(Number.isFinite(beta) && beta >= 0))
-    throw new RangeError(`beta is ${beta}, expected a number that is not negative`);
+    throw new DeepSftError("invalid-argument", `beta is ${beta}, expected a number that is not negative`);
   return smooth;
 }

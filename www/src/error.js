@@ -22,6 +22,7 @@
  * | `model-version` | the model or template needs a newer version of this package |
  * | `webgpu-unavailable` | no WebGPU, no adapter, or one whose limits are too small (only with `device: "webgpu"`) |
  * | `gpu-lost` | the GPU was lost and could not be started again, or was lost too often (only with `device: "webgpu"`) |
+ * | `invalid-argument` | an argument that cannot be: a width of 0, a place beside the print, an element that the page does not have |
  * | `target-unusable` | a picture or template that cannot be looked for: blank, too small, of no sensible size, twice the same |
  * | `target-unknown` | a target that was removed, or of another estimator; or none was named and there is not just one |
  * | `closed` | the estimator was used after `close()` |
@@ -29,7 +30,7 @@
  *
  * @typedef {"camera-denied" | "camera-blocked" | "camera-not-found" | "camera-busy" | "camera-constraints" | "camera-lost"
  *   | "camera-intrinsics" | "camera-unsupported" | "play-refused" | "insecure-context" | "image-unreadable" | "image-cross-origin" | "browser-unsupported" | "engine-load"
- *   | "model-load" | "model-corrupt" | "model-version" | "webgpu-unavailable" | "gpu-lost" | "target-unusable" | "target-unknown" | "closed" | "internal"} DeepSftErrorCode
+ *   | "model-load" | "model-corrupt" | "model-version" | "webgpu-unavailable" | "gpu-lost" | "invalid-argument" | "target-unusable" | "target-unknown" | "closed" | "internal"} DeepSftErrorCode
  */
 
 /** @type {ReadonlySet<string>} */
@@ -53,6 +54,7 @@ const CODES = new Set([
   "model-version",
   "webgpu-unavailable",
   "gpu-lost",
+  "invalid-argument",
   "target-unusable",
   "target-unknown",
   "closed",

@@ -3,6 +3,7 @@
 import { unlessAborted } from "./abort.js";
 import { cameraForFrame, centredCamera, intrinsicsOf } from "./camera/intrinsics.js";
 import { closedError } from "./engine/lasting-engine.js";
+import { DeepSftError } from "./error.js";
 import { canonicalIntrinsics } from "./frames/canonical-frame.js";
 import { closeFrame, readImage, transferableFrame } from "./frames/image-input.js";
 import { Estimate } from "./results/estimate.js";
@@ -24,6 +25,24 @@ import { Estimate } from "./results/estimate.js";
  *   and gives the maps of that mesh; where it explains the image no better the network's own stay. Default false. What is found
  *   by its features is fitted in any case.
  */
+
+/**
+ * @typedef {object} FlattenOptions
+ * @property {number} [width] pixels of the flat print, 16 to 4096; default 1024. Its height follows.
+ * @property {Target} [target] as for `estimate`
+ * @property {CameraOption} [camera] as for `estimate`
+ * @property {AbortSignal} [signal] rejects at once with its reason
+ */
+
+/**
+ * A print as an image shows it, laid flat: `confidence` is how much the image shows of each pixel, row-major, 0 to 1, and 0 where the
+ * print is out of the image, turned away, or hidden by itself or by something else. What is not shown is white.
+ *
+ * @typedef {{ image: ImageData, confidence: Float32Array }} FlatPrint
+ */
+
+/** Widths of a flat print, pixels. */
+const [MIN_WIDTH, MAX_WIDTH] = [16, 4096];
 
 /** Has the engine look at frames, one at a time. */
 export class FrameRequests {
@@ -49,8 +68,25 @@ export class FrameRequests {
   async estimate(image, { signal, ...options }) {
     const began = performance.now();
     const picture = await readImage(image, signal);
-    const wanted = () => (signal?.throwIfAborted(), this.#run(picture, options, began));
+    const wanted = () => (signal?.throwIfAborted(), this.#estimate(picture, options, began));
     return unlessAborted(this.#inTurn(wanted), signal, (estimate) => estimate.close());
+  }
+
+  /**
+   * @param {ImageInput} image
+   * @param {FlattenOptions} options
+   * @returns {Promise<FlatPrint | null>}
+   */
+  async flatten(image, { width = 1024, signal, ...options }) {
+    if (!(width >= MIN_WIDTH && width <= MAX_WIDTH)) throw new DeepSftError("invalid-argument", `The flat print is to be ${width} pixels wide, expected ${MIN_WIDTH} to ${MAX_WIDTH}`);
+    const picture = await readImage(image, signal);
+    const wanted = async () => {
+      signal?.throwIfAborted();
+      const columns = Math.round(width);
+      const { answer } = await this.#ask(picture, options, (worker, request) => worker.flatten({ ...request, columns }));
+      return answer && { image: new ImageData(answer.rgba, answer.width), confidence: answer.confidence };
+    };
+    return unlessAborted(this.#inTurn(wanted), signal);
   }
 
   /**
@@ -83,24 +119,36 @@ export class FrameRequests {
    * @param {number} began
    * @returns {Promise<Estimate>}
    */
-  async #run(image, { target: wanted, camera: cameraOption, fit = false }, began) {
+  async #estimate(image, { fit = false, ...options }, began) {
+    const { answer, ...of } = await this.#ask(image, options, (worker, request) => worker.estimate({ ...request, fit }));
+    return this.#estimateOf(answer, { ...of, began });
+  }
+
+  /**
+   * Asks the engine something of a target in an image.
+   *
+   * @template T
+   * @param {ReadImage} image
+   * @param {{ target?: Target, camera?: CameraOption }} options
+   * @param {(worker: EngineWorker, request: { id: number, frame: ImageBitmap | ImageData, intrinsics: number[] }) => Promise<T>} question
+   * @returns {Promise<{ answer: T, target: Target, camera: SourcedCamera, grabMs: number }>}
+   */
+  async #ask(image, { target: wanted, camera: cameraOption }, question) {
     if (this.#engine.closed) throw closedError();
     const target = this.#chosen(wanted);
-    const { raw, camera, grabMs } = await this.#engine.run(async (worker) => {
+    return this.#engine.run(async (worker) => {
       const grabbing = performance.now();
       const grabbed = await transferableFrame(image);
       const grabMs = performance.now() - grabbing;
       const { frame } = grabbed;
       try {
         const camera = cameraForFrame(cameraOption ?? (await exifCamera(worker, image, grabbed)), grabbed);
-        const request = { id: target.id, frame, intrinsics: intrinsicsOf(camera), fit };
-        return { raw: await worker.estimate(request), camera, grabMs };
+        return { answer: await question(worker, { id: target.id, frame, intrinsics: intrinsicsOf(camera) }), target, camera, grabMs };
       } catch (error) {
         closeFrame(frame);
         throw error;
       }
     });
-    return this.#estimateOf(raw, { target, camera, grabMs, began });
   }
 
   /**

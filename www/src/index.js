@@ -31,6 +31,8 @@ export { TrackedFrame, TrackedTarget } from "./results/tracked-frame.js";
 /** @typedef {import("./camera/request.js").Facing} Facing */
 /** @typedef {import("./camera/request.js").OpenCameraOptions} OpenCameraOptions */
 /** @typedef {import("./frame-requests.js").EstimateOptions} EstimateOptions */
+/** @typedef {import("./frame-requests.js").FlatPrint} FlatPrint */
+/** @typedef {import("./frame-requests.js").FlattenOptions} FlattenOptions */
 /** @typedef {import("./deepsft.js").LoadOptions} LoadOptions */
 /** @typedef {import("./deepsft.js").PictureOptions} PictureOptions */
 /** @typedef {import("./deepsft.js").FollowOptions} FollowOptions */

@@ -1,14 +1,14 @@
 // The module worker that does the computing, so that no frame ever blocks the page. It plays one of two parts: the
 // engine, or the tracker of one video.
 
-import { addTarget, estimate, exifFocal, find, mesh, readScan, removeTarget, start } from "./engine/engine-host.js";
+import { addTarget, estimate, exifFocal, find, flatten, mesh, readScan, removeTarget, start } from "./engine/engine-host.js";
 import { DeepSftError, asDeepSftError } from "./error.js";
 import { answer, follow, startTracker, trackTarget, trackedMaps, untrackTarget } from "./tracking/tracker-host.js";
 import { COPY_AGAIN, VERSION } from "./version.js";
 
 /** @type {Readonly<Record<string, (request: any) => unknown>>} */
 const METHODS = {
-  ...{ start, addTarget, removeTarget, exifFocal, readScan, estimate, find, mesh },
+  ...{ start, addTarget, removeTarget, exifFocal, readScan, estimate, find, flatten, mesh },
   ...{ startTracker, trackTarget, untrackTarget, follow, answer, trackedMaps },
 };
 

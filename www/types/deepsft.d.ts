@@ -2,7 +2,7 @@ import { LastingEngine } from "./engine/lasting-engine.js";
 import { Scan } from "./targets/scan.js";
 import { Target } from "./targets/target.js";
 import { Session } from "./tracking/session.js";
-import type { EstimateOptions } from "./frame-requests.js";
+import type { EstimateOptions, FlatPrint, FlattenOptions } from "./frame-requests.js";
 import type { Estimate } from "./results/estimate.js";
 import type { LoadProgress } from "./engine/bundle.js";
 import type { StartPlan } from "./engine/lasting-engine.js";
@@ -194,6 +194,17 @@ export declare class DeepSft {
      */
     estimate(image: ImageInput, options?: EstimateOptions): Promise<Estimate>;
     /**
+     * Lays a print flat as one image shows it: found, fitted to the image's own pixels, and each place of the print looked up in the image.
+     * For forms, labels, drawings on a print.
+     *
+     * @param {ImageInput} image
+     * @param {FlattenOptions} [options]
+     * @returns {Promise<FlatPrint | null>} null where the print is not found
+     * @throws {DeepSftError} as `estimate`
+     * @throws {DeepSftError} `invalid-argument` for a width that is none
+     */
+    flatten(image: ImageInput, options?: FlattenOptions): Promise<FlatPrint | null>;
+    /**
      * Follows the meshes of targets through a video at the camera's rate: a tracker in a worker of its own takes each newest
      * frame, and the finders, beside it and at their own rate, tell it where to start, confirm it, and find
      * targets again that were lost.
@@ -202,7 +213,7 @@ export declare class DeepSft {
      * @param {FollowOptions} [options]
      * @returns {Session} of frames, to be iterated: `for await (const frame of session)`
      * @throws {DeepSftError} `closed`, `engine-load`, `target-unknown`
-     * @throws {RangeError} for a `smooth` that is none
+     * @throws {DeepSftError} `invalid-argument` for a `smooth` that is none
      */
     follow(source: FrameSource, { targets: wanted, smooth, signal, ...options }?: FollowOptions): Session;
     /** Stops the worker and lets everything go; what is under way rejects with `closed`. */

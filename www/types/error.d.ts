@@ -1,4 +1,4 @@
-export type DeepSftErrorCode = "camera-denied" | "camera-blocked" | "camera-not-found" | "camera-busy" | "camera-constraints" | "camera-lost" | "camera-intrinsics" | "camera-unsupported" | "play-refused" | "insecure-context" | "image-unreadable" | "image-cross-origin" | "browser-unsupported" | "engine-load" | "model-load" | "model-corrupt" | "model-version" | "webgpu-unavailable" | "gpu-lost" | "target-unusable" | "target-unknown" | "closed" | "internal";
+export type DeepSftErrorCode = "camera-denied" | "camera-blocked" | "camera-not-found" | "camera-busy" | "camera-constraints" | "camera-lost" | "camera-intrinsics" | "camera-unsupported" | "play-refused" | "insecure-context" | "image-unreadable" | "image-cross-origin" | "browser-unsupported" | "engine-load" | "model-load" | "model-corrupt" | "model-version" | "webgpu-unavailable" | "gpu-lost" | "invalid-argument" | "target-unusable" | "target-unknown" | "closed" | "internal";
 /** What every function of this package throws or rejects with (except the reason of an aborted signal). */
 export declare class DeepSftError extends Error {
     /** @type {DeepSftErrorCode} */

@@ -26,22 +26,28 @@ export type EstimateOptions = {
      */
     fit?: boolean;
 };
-/** @import { CameraOption, SourcedCamera } from "./camera/intrinsics.js" */
-/** @import { EngineWorker, MeshRequest, RawAnswer, RawEstimate } from "./engine/engine-worker.js" */
-/** @import { LastingEngine } from "./engine/lasting-engine.js" */
-/** @import { ImageInput, ReadImage } from "./frames/image-input.js" */
-/** @import { Target } from "./targets/target.js" */
-/** @import { Question } from "./tracking/session.js" */
-/**
- * @typedef {object} EstimateOptions
- * @property {Target} [target] what to look for; when absent the model's own target, else the only one there is
- * @property {CameraOption} [camera] when absent what a photograph's EXIF data tell, if the image is a Blob or File with some; else
- *   estimated
- * @property {AbortSignal} [signal] rejects at once with its reason
- * @property {boolean} [fit] fits the target's mesh to the image, starting from the network's maps,
- *   and gives the maps of that mesh; where it explains the image no better the network's own stay. Default false. What is found
- *   by its features is fitted in any case.
- */
+export type FlattenOptions = {
+    /**
+     * pixels of the flat print, 16 to 4096; default 1024. Its height follows.
+     */
+    width?: number;
+    /**
+     * as for `estimate`
+     */
+    target?: Target;
+    /**
+     * as for `estimate`
+     */
+    camera?: CameraOption;
+    /**
+     * rejects at once with its reason
+     */
+    signal?: AbortSignal;
+};
+export type FlatPrint = {
+    image: ImageData;
+    confidence: Float32Array;
+};
 /** Has the engine look at frames, one at a time. */
 export declare class FrameRequests {
     #private;
@@ -56,6 +62,12 @@ export declare class FrameRequests {
      * @returns {Promise<Estimate>}
      */
     estimate(image: ImageInput, { signal, ...options }: EstimateOptions): Promise<Estimate>;
+    /**
+     * @param {ImageInput} image
+     * @param {FlattenOptions} options
+     * @returns {Promise<FlatPrint | null>}
+     */
+    flatten(image: ImageInput, { width, signal, ...options }: FlattenOptions): Promise<FlatPrint | null>;
     /**
      * Has the finders look for targets in a frame.
      *

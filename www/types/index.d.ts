@@ -20,6 +20,8 @@ export type ListedCamera = import("./camera/camera-stream.js").ListedCamera;
 export type Facing = import("./camera/request.js").Facing;
 export type OpenCameraOptions = import("./camera/request.js").OpenCameraOptions;
 export type EstimateOptions = import("./frame-requests.js").EstimateOptions;
+export type FlatPrint = import("./frame-requests.js").FlatPrint;
+export type FlattenOptions = import("./frame-requests.js").FlattenOptions;
 export type LoadOptions = import("./deepsft.js").LoadOptions;
 export type PictureOptions = import("./deepsft.js").PictureOptions;
 export type FollowOptions = import("./deepsft.js").FollowOptions;
@@ -50,6 +52,8 @@ export type Smoothing = import("./tracking/tracker-worker.js").Smoothing;
 /** @typedef {import("./camera/request.js").Facing} Facing */
 /** @typedef {import("./camera/request.js").OpenCameraOptions} OpenCameraOptions */
 /** @typedef {import("./frame-requests.js").EstimateOptions} EstimateOptions */
+/** @typedef {import("./frame-requests.js").FlatPrint} FlatPrint */
+/** @typedef {import("./frame-requests.js").FlattenOptions} FlattenOptions */
 /** @typedef {import("./deepsft.js").LoadOptions} LoadOptions */
 /** @typedef {import("./deepsft.js").PictureOptions} PictureOptions */
 /** @typedef {import("./deepsft.js").FollowOptions} FollowOptions */

@@ -27,6 +27,7 @@ mod canonical_views;
 mod completion;
 mod error;
 pub mod fitting;
+mod flat_print;
 mod image;
 mod maps;
 mod mesh;
@@ -47,6 +48,7 @@ pub use completion::{
 };
 pub use error::{GeometryError, check_size};
 pub use fitting::tracking;
+pub use flat_print::FlatPrint;
 pub use glam;
 pub use image::{GreyMipmap, ImageSize, MipLevel, Picture, Region, luma, turned_clockwise};
 pub use maps::{

@@ -150,6 +150,29 @@ impl Engine {
         })
     }
 
+    /// The print of a target as one frame shows it, laid flat, `columns` pixels wide: found and fitted as for [`Engine::estimate`], also
+    /// where the target has a network. Resolves to `null` where it is not found. Rejects as [`Engine::estimate`].
+    #[wasm_bindgen(unchecked_return_type = "Promise<RawFlatPrint | null>")]
+    pub fn flatten(
+        &self,
+        id: u32,
+        #[wasm_bindgen(unchecked_param_type = "Uint8Array | Uint8ClampedArray")] rgba: Vec<u8>,
+        width: usize,
+        height: usize,
+        camera: Vec<f64>,
+        columns: usize,
+    ) -> Promise {
+        let core = Rc::clone(&self.core);
+        settle::promise(async move {
+            let target = core.target(id)?;
+            let camera = camera_from((width, height), &camera)?;
+            let picture = picture_from(&rgba, (width, height))?;
+            let flat = target.flatten(&mut View::new(&picture, &camera), columns).await;
+            let flat = flat.map_err(|error| core.failed(&error))?;
+            Ok(flat.map_or(JsValue::NULL, JsValue::from))
+        })
+    }
+
     /// Where several targets are in one frame, as for [`Engine::estimate`]: what a tracker needs to start them or to confirm
     /// them.
     ///

@@ -16,9 +16,22 @@ use deepsft::{
         fitting::{FitOptions, FrameFitter, Start},
     },
 };
-use js_sys::{Array, Object};
+use js_sys::{Array, Float32Array, Object};
 use std::cell::RefCell;
-use wasm_bindgen::JsValue;
+use wasm_bindgen::prelude::*;
+
+#[wasm_bindgen(typescript_custom_section)]
+const TYPE: &str = r#"
+/** A print as a frame shows it, laid flat. */
+export interface RawFlatPrint {
+  /** Columns. */
+  width: number;
+  /** Four numbers for each pixel, white where the frame does not show it. */
+  rgba: Uint8ClampedArray<ArrayBuffer>;
+  /** How much the frame shows of each pixel, 0 to 1. */
+  confidence: Float32Array;
+}
+"#;
 
 /// Corners that a picture must have: below, nothing tells it from anything else.
 const MIN_CORNERS: usize = 12;
@@ -99,6 +112,26 @@ impl EngineTarget {
         let seen = finder.find(view, camera).await;
         self.finder.replace(Some(finder));
         seen
+    }
+
+    /// The print that an image shows, laid flat, `columns` pixels wide: a plain object, the `RawFlatPrint` of TypeScript.
+    pub async fn flatten(&self, view: &mut View<'_>, columns: usize) -> Result<Option<Object>, DeepSftError> {
+        let mut finder = self.taken_finder()?;
+        let estimate = finder.estimate(view).await;
+        self.finder.replace(Some(finder));
+        let estimate = estimate?;
+        let Some(surface) = estimate.surface.filter(|_| estimate.judgement.found) else {
+            return Ok(None);
+        };
+        let template = self.target.template();
+        let texture = template.texture().size();
+        let rows = (texture.height * columns / texture.width).max(1);
+        let flat = surface.flatten(template.mesh(), (view.image(), view.camera()), (columns, rows))?;
+        Ok(Some(object([
+            ("width", (columns as u32).into()),
+            ("rgba", rgba(&flat.picture).into()),
+            ("confidence", Float32Array::from(flat.confidence.as_slice()).into()),
+        ])))
     }
 
     /// The target in one image: a network's maps as they are, those of features fitted to the image.

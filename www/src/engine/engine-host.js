@@ -9,8 +9,8 @@ import { addSource } from "../targets/add-source.js";
 import { COPY_AGAIN, VERSION } from "../version.js";
 import { probeWebGpu } from "./webgpu.js";
 
-/** @import { RawEstimate as EngineEstimate, RawMesh } from "../../pkg/deepsft_web.js" */
-/** @import { EngineInfo, EstimateRequest, FindRequest, MeshRequest, PhotographRequest, RawEstimate, RawFinding, ScanRequest, StartRequest, TargetDescription, TargetRequest } from "./engine-worker.js" */
+/** @import { RawEstimate as EngineEstimate, RawFlatPrint, RawMesh } from "../../pkg/deepsft_web.js" */
+/** @import { EngineInfo, EstimateRequest, FindRequest, FlattenRequest, MeshRequest, PhotographRequest, RawEstimate, RawFinding, ScanRequest, StartRequest, TargetDescription, TargetRequest } from "./engine-worker.js" */
 /** @import { RawScan } from "../targets/scan.js" */
 
 /** Number of the model's target. */
@@ -149,6 +149,18 @@ export async function find({ ids, estimated, frame, intrinsics, focal }) {
   if (!found.estimate) return { value: { answers, estimate: null }, transfer };
   const estimate = carried(found.estimate, null, readMs);
   return { value: { answers, estimate: estimate.value }, transfer: [...transfer, ...estimate.transfer] };
+}
+
+/**
+ * @param {FlattenRequest} request
+ * @returns {Promise<{ value: RawFlatPrint | null, transfer: Transferable[] }>}
+ */
+export async function flatten({ id, frame, intrinsics, columns }) {
+  const { rgba } = read(frame);
+  const { width, height } = frame;
+  closeFrame(frame);
+  const value = await started().flatten(id, rgba, width, height, new Float64Array(intrinsics), columns);
+  return { value, transfer: value ? [value.rgba.buffer, value.confidence.buffer] : [] };
 }
 
 /** @param {ImageBitmap | ImageData} frame */

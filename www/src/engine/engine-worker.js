@@ -3,7 +3,7 @@
 import { DeepSftError } from "../error.js";
 import { WorkerCalls } from "./worker-calls.js";
 
-/** @import { RawEstimate as EngineEstimate, RawMesh } from "../../pkg/deepsft_web.js" */
+/** @import { RawEstimate as EngineEstimate, RawFlatPrint, RawMesh } from "../../pkg/deepsft_web.js" */
 /** @import { LoadProgress } from "./bundle.js" */
 /** @import { DeepSftErrorCode } from "../error.js" */
 /** @import { RawScan } from "../targets/scan.js" */
@@ -59,6 +59,7 @@ import { WorkerCalls } from "./worker-calls.js";
 /** @typedef {{ file: Blob, width: number, height: number }} PhotographRequest the size of the picture as it is shown */
 /** @typedef {{ files: Map<string, Uint8Array>, mmPerUnit: number | undefined }} ScanRequest */
 /** @typedef {{ id: number, frame: ImageBitmap | ImageData, intrinsics: number[], fit: boolean }} EstimateRequest intrinsics are fx, fy, cx, cy, k1, k2, p1, p2, k3 */
+/** @typedef {{ id: number, frame: ImageBitmap | ImageData, intrinsics: number[], columns: number }} FlattenRequest */
 /** @typedef {{ ids: number[], estimated: boolean, frame: ImageBitmap | ImageData, intrinsics: number[], focal: number }} FindRequest `focal`: of the canonical image, pixels */
 
 /**
@@ -190,6 +191,14 @@ export class EngineWorker extends WorkerCalls {
    */
   estimate(request) {
     return this.call("estimate", request, [transferable(request.frame)]);
+  }
+
+  /**
+   * @param {FlattenRequest} request
+   * @returns {Promise<RawFlatPrint | null>} null when it is not found
+   */
+  flatten(request) {
+    return this.call("flatten", request, [transferable(request.frame)]);
   }
 
   /**

@@ -74,8 +74,7 @@ function throughOwnScript(start) {
     // webpack makes classic scripts of module workers.
     const script = type === "module" ? `import ${address};` : `importScripts(${address});`;
     // A frame that has no origin starts no module from a blob.
-    const { origin } = self;
-    return (own = origin === "null" ? `data:text/javascript,${encodeURIComponent(script)}` : URL.createObjectURL(new Blob([script], { type: "text/javascript" })));
+    return (own = self.origin === "null" ? `data:text/javascript,${encodeURIComponent(script)}` : URL.createObjectURL(new Blob([script], { type: "text/javascript" })));
   });
   for (const event of ["message", "error"]) worker.addEventListener(event, () => URL.revokeObjectURL(own), { once: true });
   return worker;

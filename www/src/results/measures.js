@@ -14,7 +14,7 @@ const LEFT_OUT = 0.05;
  *
  * @param {Pick<SurfaceMesh, "normals" | "pointAt">} mesh
  * @returns {{ distanceMm: number, bendDegrees: number }} distance of the sheet's middle from the camera
- * @throws {RangeError} where the target has no surface in its middle
+ * @throws {DeepSftError} `invalid-argument` where the target has no surface in its middle
  */
 export function measureSheet(mesh) {
   return { distanceMm: Math.hypot(...mesh.pointAt(0.5, 0.5)), bendDegrees: (bendOf(mesh.normals) * 180) / Math.PI };

@@ -1,5 +1,7 @@
 // Where on a mesh a place of the template's picture is.
 
+import { DeepSftError } from "../error.js";
+
 /** @import { MeshTopology } from "../engine/engine-worker.js" */
 
 /** So far outside of a face a place still counts as on it, of the face's size: rounding at the border. */
@@ -13,7 +15,7 @@ const ROUNDING = 1e-5;
  * @param {number} v
  * @returns {{ face: number, weights: [number, number, number], alongU: [number, number, number] }} where its corners begin, how they
  *   add up to the place, and to a step along u
- * @throws {RangeError}
+ * @throws {DeepSftError} `invalid-argument`
  */
 export function placeOn({ faces, textureCoordinates: uv }, u, v) {
   for (let face = 0; face < faces.length; face += 3) {
@@ -27,5 +29,5 @@ export function placeOn({ faces, textureCoordinates: uv }, u, v) {
     const [stepB, stepC] = [cv / area, -bv / area];
     return { face, weights: [1 - atB - atC, atB, atC], alongU: [-stepB - stepC, stepB, stepC] };
   }
-  throw new RangeError(`The target has no surface at (u, v) = (${u}, ${v}).`);
+  throw new DeepSftError("invalid-argument", `The target has no surface at (u, v) = (${u}, ${v}).`);
 }

@@ -24,7 +24,7 @@ export class SurfacePose {
    * @param {number} u from the print's left border to its right, 0 to 1
    * @param {number} v from its top to its bottom
    * @param {{ smooth?: boolean }} [options] whether small trembling is filtered out, default true
-   * @throws {RangeError} where the target has no surface
+   * @throws {DeepSftError} `invalid-argument` where the target has no surface
    */
   constructor(topology, u, v, { smooth = true } = {}) {
     this.#topology = topology;
@@ -37,7 +37,7 @@ export class SurfacePose {
    *
    * @param {number} u
    * @param {number} v
-   * @throws {RangeError} where the target has no surface; it stays where it is then
+   * @throws {DeepSftError} `invalid-argument` where the target has no surface; it stays where it is then
    */
   place(u, v) {
     this.#on = placeOn(this.#topology, u, v);

@@ -1,5 +1,6 @@
 // `deepsft/scene`: from a part of the page and a picture to a scene on the print. With three.js.
 
+import { DeepSftError } from "../error.js";
 import { SceneView } from "./scene-view.js";
 
 /**
@@ -10,13 +11,13 @@ import { SceneView } from "./scene-view.js";
  * @returns {Promise<SceneView>} once the picture is known; the camera may still be asked for
  * @throws {DeepSftError} as `DeepSft.load` and `sft.addPicture`, `browser-unsupported`: the container then says why. What becomes of the
  *   camera is told by the event `error`.
- * @throws {RangeError} where there is no such container
+ * @throws {DeepSftError} `invalid-argument` where there is no such container
  */
 export async function start(container, options = {}) {
   const { signal } = options;
   signal?.throwIfAborted();
   const place = typeof container === "string" ? document.querySelector(container) : container;
-  if (!(place instanceof HTMLElement)) throw new RangeError(`The page has no element ${container} to start a scene in.`);
+  if (!(place instanceof HTMLElement)) throw new DeepSftError("invalid-argument", `The page has no element ${container} to start a scene in.`);
   const view = new SceneView(place, options);
   try {
     await view.load();

@@ -3,6 +3,7 @@
 import { Sheet } from "../three/sheet.js";
 import { printOf } from "./print.js";
 
+/** @import { FlatPrint, FlattenOptions } from "../frame-requests.js" */
 /** @import { Target } from "../targets/target.js" */
 /** @import { Print, PrintInput } from "./print.js" */
 
@@ -10,6 +11,7 @@ import { printOf } from "./print.js";
 export class SceneSheet extends Sheet {
   #place;
   #signal;
+  #flatten;
   /** @type {Print | null} */
   #print = null;
   /** Ends what is opened to be printed. */
@@ -19,12 +21,14 @@ export class SceneSheet extends Sheet {
    * Use `view.sheet`.
    *
    * @param {Target} target
-   * @param {{ light: boolean, place: HTMLElement, signal: AbortSignal }} options where its films lie in the page, and what ends them
+   * @param {{ light: boolean, place: HTMLElement, signal: AbortSignal, flatten: (options: FlattenOptions) => Promise<FlatPrint | null> }} options
+   *   where its films lie in the page, what ends them, and what lays it flat
    */
-  constructor(target, { light, place, signal }) {
+  constructor(target, { light, place, signal, flatten }) {
     super(target, { light });
     this.#place = place;
     this.#signal = signal;
+    this.#flatten = flatten;
     signal.addEventListener("abort", () => {
       this.#opening.abort(signal.reason);
       this.#close();
@@ -50,6 +54,17 @@ export class SceneSheet extends Sheet {
     this.#print = print;
     this.map = print?.texture ?? null;
     this.playFilm();
+  }
+
+  /**
+   * Lays the print flat as the camera's newest picture shows it, without what the scene puts on it: for forms, labels, colouring books.
+   *
+   * @param {Pick<FlattenOptions, "width" | "signal">} [options]
+   * @returns {Promise<FlatPrint | null>} null where it is not found
+   * @throws {DeepSftError} as `sft.flatten`
+   */
+  flatten(options = {}) {
+    return this.#flatten(options);
   }
 
   /** The film that is printed on it; null for none. */

@@ -15,6 +15,7 @@ import { Screens } from "./screens.js";
 /** @import { CameraOption } from "../camera/intrinsics.js" */
 /** @import { Facing } from "../camera/request.js" */
 /** @import { LoadOptions, PictureOptions } from "../deepsft.js" */
+/** @import { FlatPrint, FlattenOptions } from "../frame-requests.js" */
 /** @import { ImageInput } from "../frames/image-input.js" */
 /** @import { TrackedFrame } from "../results/tracked-frame.js" */
 /** @import { Target } from "../targets/target.js" */
@@ -215,10 +216,31 @@ export class SceneView extends EventTarget {
     if (!target || !this.targets.includes(target)) throw unknownTarget("The scene has no such print: give it a picture.");
     const known = this.#sheets.get(target);
     if (known) return known;
-    const sheet = new SceneSheet(target, { light: this.#options.light ?? true, place: this.#element, signal: this.#ending.signal });
+    const sheet = new SceneSheet(target, {
+      ...{ light: this.#options.light ?? true, place: this.#element, signal: this.#ending.signal },
+      flatten: (options) => this.#flatten(target, options),
+    });
     this.#sheets.set(target, sheet);
     this.scene.add(sheet);
     return sheet;
+  }
+
+  /**
+   * @param {Target} target
+   * @param {FlattenOptions} options
+   * @returns {Promise<FlatPrint | null>}
+   */
+  async #flatten(target, options) {
+    if (!this.#frame || !this.#sft) return null;
+    const { frame, camera } = this.#frame;
+    if (!frame) return null;
+    // The frame itself is let go as soon as there is a newer one.
+    const copy = await createImageBitmap(frame);
+    try {
+      return await this.#sft.flatten(copy, { signal: this.#ending.signal, ...options, target, camera });
+    } finally {
+      copy.close();
+    }
   }
 
   /**

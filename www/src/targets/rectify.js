@@ -1,5 +1,7 @@
 // The flat picture of a print, from a photograph of it and its four corners.
 
+import { DeepSftError } from "../error.js";
+
 /**
  * A print's corners in a photograph, (x, y) in pixels from the photograph's top left corner: the print's top left, top right,
  * bottom right and bottom left.
@@ -29,7 +31,7 @@ export function isPrintOutline(corners) {
  * @param {PrintCorners} corners
  * @param {{ fx: number, fy: number, cx: number, cy: number }} camera pixels of the same photograph; its distortion is neglected
  * @returns {number}
- * @throws {RangeError} for corners that are no {@link isPrintOutline outline}
+ * @throws {DeepSftError} `invalid-argument` for corners that are no {@link isPrintOutline outline}
  */
 export function printAspect(corners, { fx, fy, cx, cy }) {
   const h = outlineHomography(corners, 1, 1);
@@ -48,7 +50,7 @@ export function printAspect(corners, { fx, fy, cx, cy }) {
  * @param {number} width of the flat picture, pixels
  * @param {number} height
  * @returns {ImageData} opaque where the photograph is
- * @throws {RangeError} for corners that are no {@link isPrintOutline outline}
+ * @throws {DeepSftError} `invalid-argument` for corners that are no {@link isPrintOutline outline}
  */
 export function rectifyPicture(photograph, corners, width, height) {
   const h = outlineHomography(corners, width, height);
@@ -81,7 +83,7 @@ export function rectifyPicture(photograph, corners, width, height) {
  * @param {number} height
  */
 export function outlineHomography(corners, width, height) {
-  if (!isPrintOutline(corners)) throw new RangeError(`The corners ${JSON.stringify(corners)} are not those of a print seen from its front.`);
+  if (!isPrintOutline(corners)) throw new DeepSftError("invalid-argument", `The corners ${JSON.stringify(corners)} are not those of a print seen from its front.`);
   const [[x0, y0], [x1, y1], [x2, y2], [x3, y3]] = corners;
   const [ax, ay, bx, by] = [x1 - x2, y1 - y2, x3 - x2, y3 - y2];
   const [sx, sy] = [x0 - x1 + x2 - x3, y0 - y1 + y2 - y3];

@@ -31,7 +31,7 @@ export class Anchor extends Group {
    * @param {number} u
    * @param {number} v
    * @param {AnchorOptions} [options]
-   * @throws {RangeError} where the target has no surface
+   * @throws {DeepSftError} `invalid-argument` where the target has no surface
    * @throws {DeepSftError} `target-unusable` for a length in `mm` or `m` on a print of unknown size
    */
   constructor(target, u, v, { smooth, unit = target.unit, shadows = false } = {}) {
@@ -54,7 +54,7 @@ export class Anchor extends Group {
    *
    * @param {number} u
    * @param {number} v
-   * @throws {RangeError} where the target has no surface; the anchor stays where it is then
+   * @throws {DeepSftError} `invalid-argument` where the target has no surface; the anchor stays where it is then
    */
   place(u, v) {
     this.#pose.place(u, v);

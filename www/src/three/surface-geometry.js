@@ -1,6 +1,7 @@
 // A tracked mesh as geometry of three.js.
 
 import { BufferAttribute, BufferGeometry, DynamicDrawUsage } from "three";
+import { DeepSftError } from "../error.js";
 import { vertexNormals } from "../results/surface-mesh.js";
 import { turnedFrame } from "./frame.js";
 
@@ -32,12 +33,12 @@ export class SurfaceGeometry extends BufferGeometry {
    * Takes the shape of a mesh; nothing is allocated.
    *
    * @param {{ vertices: Float32Array, faces: Uint32Array }} mesh a `SurfaceMesh` of the same target
-   * @throws {RangeError} for the mesh of another target
+   * @throws {DeepSftError} `invalid-argument` for the mesh of another target
    */
   update({ vertices, faces }) {
     const [positions, normals] = [this.#positions, this.#normals];
     if (vertices.length !== positions.array.length)
-      throw new RangeError(`The mesh has ${vertices.length / 3} vertices, that of the target ${positions.count}.`);
+      throw new DeepSftError("invalid-argument", `The mesh has ${vertices.length / 3} vertices, that of the target ${positions.count}.`);
     const filled = /** @type {Float32Array} */ (normals.array);
     turnedFrame(vertices, /** @type {Float32Array} */ (positions.array));
     turnedFrame(vertexNormals(vertices, faces, filled.fill(0)));

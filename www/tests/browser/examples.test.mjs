@@ -140,6 +140,12 @@ const TESTS = {
     const depths = of("v").map(([, , , z]) => Number(z));
     assert.ok(Math.max(...depths) < -200 && Math.min(...depths) > -1200, "in front of the camera");
   },
+  // In scene.test.mjs too.
+  async flat(page) {
+    await page.waitForSelector("#ar > [data-deepsft=running]");
+    await page.click("button:has-text('flat')");
+    await page.waitForSelector("#flat[width='800'][height='565']");
+  },
   // In scene.test.mjs, and as the README has them in tests/engines/programs.test.mjs, too.
   "scene-film": (page) => page.waitForFunction(() => [...document.querySelectorAll("#ar video")].some(({ src, currentTime, paused }) => src && currentTime > 0.2 && !paused)),
   "scene-object": (page) => page.waitForSelector("#ar > [data-deepsft=running]"),

@@ -338,7 +338,7 @@ test("a camera that is refused is explained, and tried again", { timeout: SLOW_M
       return states;
     });
     assert.deepEqual(own, [[false, 0], [true, "1"]]);
-    await assert.rejects(page.evaluate(() => scene.start("#nothing")), /The page has no element #nothing/);
+    await assert.rejects(page.evaluate(() => scene.start("#nothing")), /DeepSftError: The page has no element #nothing/);
   }, { expectedErrors: [/404/] }),
 );
 
@@ -369,6 +369,45 @@ async function takePicture(png) {
   const bytes = Uint8Array.from(atob(png), (c) => c.charCodeAt(0));
   globalThis.cameraPicture = await createImageBitmap(new Blob([bytes], { type: "image/png" }));
 }
+
+test("a print laid flat is the picture again, and a hand on it has no confidence", { timeout: SLOW_MS }, () =>
+  onScene(async ({ page }) => {
+    /** Correlation of the flat print with the picture where it is confident, and how much it is confident of: of all, and of the hand's middle. */
+    const measured = await page.evaluate(async (picture) => {
+      globalThis.ar = await startScene();
+      // What is printed in its place is not of the camera's picture.
+      await ar.sheet().print(halves());
+      const early = await ar.sheet().flatten();
+      const texture = await createImageBitmap(await (await fetch(picture)).blob());
+      const compared = async () => {
+        const { image, confidence } = await ar.sheet().flatten({ width: 300 });
+        const canvas = new OffscreenCanvas(image.width, image.height);
+        const pen = canvas.getContext("2d");
+        Object.assign(pen, { imageSmoothingQuality: "high" }).drawImage(texture, 0, 0, image.width, image.height);
+        const { data } = pen.getImageData(0, 0, image.width, image.height);
+        const pairs = [];
+        confidence.forEach((c, i) => c > 0 && pairs.push([image.data[4 * i + 1], data[4 * i + 1]]));
+        const mean = (values) => values.reduce((sum, value) => sum + value, 0) / values.length;
+        const [a, b] = [0, 1].map((k) => mean(pairs.map((pair) => pair[k])));
+        const product = (f) => mean(pairs.map(([x, y]) => f(x - a, y - b)));
+        const correlation = product((x, y) => x * y) / Math.sqrt(product((x) => x * x) * product((_, y) => y * y));
+        const middle = [...confidence].filter((_, i) => Math.hypot((i % 300) - 150, Math.floor(i / 300) - image.height / 2) < 15);
+        return { size: [image.width, image.height], correlation, shown: pairs.length / confidence.length, middle: mean(middle.map((c) => Number(c > 0))) };
+      };
+      await until(() => ar.sheet().visible);
+      const open = await compared();
+      source.hand = true;
+      await drawn(ar, 14);
+      return { early, open, hand: await compared() };
+    }, PICTURE);
+    const { early, open, hand } = measured;
+    assert.equal(early, null, "before the first frame");
+    assert.deepEqual(open.size, [300, 212]);
+    assert.ok(open.correlation > 0.9 && open.shown > 0.8 && open.middle === 1, JSON.stringify(open));
+    assert.ok(hand.middle < 0.2 && hand.shown < open.shown, JSON.stringify(hand));
+    await assert.rejects(page.evaluate(() => ar.sheet().flatten({ width: 5 })), /5 pixels wide/);
+  }),
+);
 
 test("an element of HTML is a scene while it is in the page, and starts anew with other attributes", { timeout: SLOW_MS }, () =>
   onScene(async ({ page, demo }) => {

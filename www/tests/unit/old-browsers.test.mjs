@@ -46,7 +46,7 @@ const DONE_WITHOUT = {
 };
 
 /** Names that BCD knows from newer interfaces, and we from our own objects and three.js. */
-const OURS = [".colorSpace", ".confidence", ".projectionMatrix", ".radius", ".reasons"];
+const OURS = [".colorSpace", ".projectionMatrix", ".radius", ".reasons"];
 
 /** Global objects and what they are. */
 const KINDS = {

@@ -99,6 +99,6 @@ test("crossed, mirrored and flat outlines are none", () => {
     [[0, 0], [9, 0], [2, 2], [0, 9]],
   ]) {
     assert.ok(!isPrintOutline(wrong));
-    assert.throws(() => rectifyPicture(new ImageData(10, 10), wrong, 4, 4), RangeError);
+    assert.throws(() => rectifyPicture(new ImageData(10, 10), wrong, 4, 4), { code: "invalid-argument" });
   }
 });

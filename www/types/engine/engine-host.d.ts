@@ -1,5 +1,5 @@
-import type { RawMesh } from "../../pkg/deepsft_web.js";
-import type { EngineInfo, EstimateRequest, FindRequest, MeshRequest, PhotographRequest, RawEstimate, RawFinding, ScanRequest, StartRequest, TargetDescription, TargetRequest } from "./engine-worker.js";
+import type { RawFlatPrint, RawMesh } from "../../pkg/deepsft_web.js";
+import type { EngineInfo, EstimateRequest, FindRequest, FlattenRequest, MeshRequest, PhotographRequest, RawEstimate, RawFinding, ScanRequest, StartRequest, TargetDescription, TargetRequest } from "./engine-worker.js";
 import type { RawScan } from "../targets/scan.js";
 /**
  * @param {StartRequest} request
@@ -57,6 +57,14 @@ export declare function estimate(request: EstimateRequest): Promise<{
  */
 export declare function find({ ids, estimated, frame, intrinsics, focal }: FindRequest): Promise<{
     value: RawFinding;
+    transfer: Transferable[];
+}>;
+/**
+ * @param {FlattenRequest} request
+ * @returns {Promise<{ value: RawFlatPrint | null, transfer: Transferable[] }>}
+ */
+export declare function flatten({ id, frame, intrinsics, columns }: FlattenRequest): Promise<{
+    value: RawFlatPrint | null;
     transfer: Transferable[];
 }>;
 /**

@@ -1,5 +1,5 @@
 import { WorkerCalls } from "./worker-calls.js";
-import type { RawEstimate as EngineEstimate, RawMesh } from "../../pkg/deepsft_web.js";
+import type { RawEstimate as EngineEstimate, RawFlatPrint, RawMesh } from "../../pkg/deepsft_web.js";
 import type { LoadProgress } from "./bundle.js";
 import type { DeepSftErrorCode } from "../error.js";
 import type { RawScan } from "../targets/scan.js";
@@ -80,6 +80,12 @@ export type EstimateRequest = {
     frame: ImageBitmap | ImageData;
     intrinsics: number[];
     fit: boolean;
+};
+export type FlattenRequest = {
+    id: number;
+    frame: ImageBitmap | ImageData;
+    intrinsics: number[];
+    columns: number;
 };
 export type FindRequest = {
     ids: number[];
@@ -163,6 +169,11 @@ export declare class EngineWorker extends WorkerCalls {
      * @returns {Promise<RawEstimate>}
      */
     estimate(request: EstimateRequest): Promise<RawEstimate>;
+    /**
+     * @param {FlattenRequest} request
+     * @returns {Promise<RawFlatPrint | null>} null when it is not found
+     */
+    flatten(request: FlattenRequest): Promise<RawFlatPrint | null>;
     /**
      * @param {MeshRequest} request
      * @returns {Promise<RawMesh | null>} null when the maps show too little of the template

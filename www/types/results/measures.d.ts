@@ -8,7 +8,7 @@ import type { SurfaceMesh } from "./surface-mesh.js";
  *
  * @param {Pick<SurfaceMesh, "normals" | "pointAt">} mesh
  * @returns {{ distanceMm: number, bendDegrees: number }} distance of the sheet's middle from the camera
- * @throws {RangeError} where the target has no surface in its middle
+ * @throws {DeepSftError} `invalid-argument` where the target has no surface in its middle
  */
 export declare function measureSheet(mesh: Pick<SurfaceMesh, "normals" | "pointAt">): {
     distanceMm: number;

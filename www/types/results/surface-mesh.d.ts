@@ -58,7 +58,7 @@ export declare class SurfaceMesh {
      * @param {number} u 0 at the left border, 1 at the right
      * @param {number} v 0 at the top, 1 at the bottom
      * @returns {[number, number, number]} (x, y, z), mm, camera frame
-     * @throws {RangeError} where the target has no surface
+     * @throws {DeepSftError} `invalid-argument` where the target has no surface
      */
     pointAt(u: number, v: number): [number, number, number];
     /**

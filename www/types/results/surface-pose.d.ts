@@ -17,7 +17,7 @@ export declare class SurfacePose {
      * @param {number} u from the print's left border to its right, 0 to 1
      * @param {number} v from its top to its bottom
      * @param {{ smooth?: boolean }} [options] whether small trembling is filtered out, default true
-     * @throws {RangeError} where the target has no surface
+     * @throws {DeepSftError} `invalid-argument` where the target has no surface
      */
     constructor(topology: MeshTopology, u: number, v: number, { smooth }?: {
         smooth?: boolean;
@@ -27,7 +27,7 @@ export declare class SurfacePose {
      *
      * @param {number} u
      * @param {number} v
-     * @throws {RangeError} where the target has no surface; it stays where it is then
+     * @throws {DeepSftError} `invalid-argument` where the target has no surface; it stays where it is then
      */
     place(u: number, v: number): void;
     /**

@@ -7,7 +7,7 @@ import { SceneView } from "./scene-view.js";
  * @returns {Promise<SceneView>} once the picture is known; the camera may still be asked for
  * @throws {DeepSftError} as `DeepSft.load` and `sft.addPicture`, `browser-unsupported`: the container then says why. What becomes of the
  *   camera is told by the event `error`.
- * @throws {RangeError} where there is no such container
+ * @throws {DeepSftError} `invalid-argument` where there is no such container
  */
 export declare function start(container: HTMLElement | string, options?: SceneOptions): Promise<SceneView>;
 export { SceneSheet } from "./scene-sheet.js";

@@ -1,6 +1,8 @@
 import { Sheet } from "../three/sheet.js";
+import type { FlatPrint, FlattenOptions } from "../frame-requests.js";
 import type { Target } from "../targets/target.js";
 import type { PrintInput } from "./print.js";
+/** @import { FlatPrint, FlattenOptions } from "../frame-requests.js" */
 /** @import { Target } from "../targets/target.js" */
 /** @import { Print, PrintInput } from "./print.js" */
 /** A tracked print in a scene. {@link Sheet} of `deepsft/three` has anchors and the light. */
@@ -10,12 +12,14 @@ export declare class SceneSheet extends Sheet {
      * Use `view.sheet`.
      *
      * @param {Target} target
-     * @param {{ light: boolean, place: HTMLElement, signal: AbortSignal }} options where its films lie in the page, and what ends them
+     * @param {{ light: boolean, place: HTMLElement, signal: AbortSignal, flatten: (options: FlattenOptions) => Promise<FlatPrint | null> }} options
+     *   where its films lie in the page, what ends them, and what lays it flat
      */
-    constructor(target: Target, { light, place, signal }: {
+    constructor(target: Target, { light, place, signal, flatten }: {
         light: boolean;
         place: HTMLElement;
         signal: AbortSignal;
+        flatten: (options: FlattenOptions) => Promise<FlatPrint | null>;
     });
     /**
      * Prints something in the print's place, lit as its paper is; what lies before the paper covers it. Films play inline, muted, again and
@@ -26,6 +30,14 @@ export declare class SceneSheet extends Sheet {
      * @throws {DeepSftError} `image-unreadable`, `image-cross-origin`; once another was wanted, the signal's reason
      */
     print(input: PrintInput | null): Promise<void>;
+    /**
+     * Lays the print flat as the camera's newest picture shows it, without what the scene puts on it: for forms, labels, colouring books.
+     *
+     * @param {Pick<FlattenOptions, "width" | "signal">} [options]
+     * @returns {Promise<FlatPrint | null>} null where it is not found
+     * @throws {DeepSftError} as `sft.flatten`
+     */
+    flatten(options?: Pick<FlattenOptions, "width" | "signal">): Promise<FlatPrint | null>;
     /** The film that is printed on it; null for none. */
     get video(): HTMLVideoElement | null;
     /** Plays the film while the print is found, else pauses it. */

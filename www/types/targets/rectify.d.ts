@@ -12,7 +12,7 @@ export declare function isPrintOutline(corners: PrintCorners): boolean;
  * @param {PrintCorners} corners
  * @param {{ fx: number, fy: number, cx: number, cy: number }} camera pixels of the same photograph; its distortion is neglected
  * @returns {number}
- * @throws {RangeError} for corners that are no {@link isPrintOutline outline}
+ * @throws {DeepSftError} `invalid-argument` for corners that are no {@link isPrintOutline outline}
  */
 export declare function printAspect(corners: PrintCorners, { fx, fy, cx, cy }: {
     fx: number;
@@ -28,7 +28,7 @@ export declare function printAspect(corners: PrintCorners, { fx, fy, cx, cy }: {
  * @param {number} width of the flat picture, pixels
  * @param {number} height
  * @returns {ImageData} opaque where the photograph is
- * @throws {RangeError} for corners that are no {@link isPrintOutline outline}
+ * @throws {DeepSftError} `invalid-argument` for corners that are no {@link isPrintOutline outline}
  */
 export declare function rectifyPicture(photograph: ImageData, corners: PrintCorners, width: number, height: number): ImageData;
 /**

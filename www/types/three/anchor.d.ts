@@ -40,7 +40,7 @@ export declare class Anchor extends Group {
      * @param {number} u
      * @param {number} v
      * @param {AnchorOptions} [options]
-     * @throws {RangeError} where the target has no surface
+     * @throws {DeepSftError} `invalid-argument` where the target has no surface
      * @throws {DeepSftError} `target-unusable` for a length in `mm` or `m` on a print of unknown size
      */
     constructor(target: Target, u: number, v: number, { smooth, unit, shadows }?: AnchorOptions);
@@ -51,7 +51,7 @@ export declare class Anchor extends Group {
      *
      * @param {number} u
      * @param {number} v
-     * @throws {RangeError} where the target has no surface; the anchor stays where it is then
+     * @throws {DeepSftError} `invalid-argument` where the target has no surface; the anchor stays where it is then
      */
     place(u: number, v: number): void;
     /**

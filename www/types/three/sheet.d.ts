@@ -66,7 +66,7 @@ export declare class Sheet extends Group {
      * @param {number} v from its top to its bottom
      * @param {AnchorOptions} [options]
      * @returns {Anchor} a child of the sheet: `sheet.remove(anchor)` lets it go
-     * @throws {RangeError} where the target has no surface
+     * @throws {DeepSftError} `invalid-argument` where the target has no surface
      * @throws {DeepSftError} `target-unusable` for a length in `mm` or `m` on a print of unknown size
      */
     anchor(u: number, v: number, options?: AnchorOptions): Anchor;
@@ -82,7 +82,7 @@ export declare class Sheet extends Group {
      *
      * @param {SurfaceMesh} mesh of the same target
      * @param {number} [atMs]
-     * @throws {RangeError} for the mesh of another target
+     * @throws {DeepSftError} `invalid-argument` for the mesh of another target
      */
     show(mesh: SurfaceMesh, atMs?: number): void;
     /**

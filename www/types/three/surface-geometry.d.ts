@@ -13,7 +13,7 @@ export declare class SurfaceGeometry extends BufferGeometry {
      * Takes the shape of a mesh; nothing is allocated.
      *
      * @param {{ vertices: Float32Array, faces: Uint32Array }} mesh a `SurfaceMesh` of the same target
-     * @throws {RangeError} for the mesh of another target
+     * @throws {DeepSftError} `invalid-argument` for the mesh of another target
      */
     update({ vertices, faces }: {
         vertices: Float32Array;

@@ -32,6 +32,8 @@ const RESULTS_FOLDER: FolderKind = FolderKind {
         "sheet.png",
         "mesh.glb",
         "whole-mesh.glb",
+        "flat.png",
+        "flat-confidence.png",
     ],
 };
 
@@ -45,6 +47,8 @@ The command writes for each image DIR/<name of the image>/ with
   sheet.png         input, a checkerboard laid on the object, depth, difference to the template
   mesh.glb          the visible surface with the template's picture; metres, y up, as the camera saw it
   whole-mesh.glb    the whole object, hidden parts included (not with --mesh none)
+  flat.png          with --flat: the print as photographed, laid flat, white where the image does not show it
+  flat-confidence.png  how much the image shows of each of its pixels, 255 for all that there is to see
   report.json       whether the object was found, how sure that is, the cameras, the time of each stage
 
 Maps belong to the canonical 480 x 270 image; report.json has its camera, zoomed out for an object that is too near. Of an upright photograph
@@ -86,6 +90,9 @@ pub struct ReconstructArguments {
     /// How to find the whole mesh [default: fit]
     #[arg(long, value_name = "HOW", value_enum)]
     mesh: Option<MeshChoice>,
+    /// Lay the photographed print flat too, so many pixels wide: flat.png
+    #[arg(long, value_name = "PX", value_parser = clap::value_parser!(u16).range(16..=8192))]
+    flat: Option<u16>,
     /// What computes: cpu, or webgpu if the program was built with it
     #[arg(long, value_name = "DEVICE", default_value_t = DeviceKind::Cpu)]
     device: DeviceKind,
@@ -139,7 +146,11 @@ pub fn run(arguments: &ReconstructArguments) -> Result<()> {
             "--mesh none and complete are about a network's maps: they need --model",
         ));
     }
+    if mesh == MeshChoice::None && arguments.flat.is_some() {
+        return Err(usage("--flat lays a mesh flat, and --mesh none asks for none"));
+    }
     let mut object = Object {
+        flat_width: arguments.flat.map(usize::from),
         // The finder fits by itself.
         recovery: match mesh {
             MeshChoice::Fit => None,
@@ -193,6 +204,7 @@ struct Object {
     finder: TargetFinder,
     /// Without a fit: what to do with the network's maps, if anything.
     recovery: Option<Option<MeshRecovery>>,
+    flat_width: Option<usize>,
     name: String,
     device: Option<String>,
     texture_png: Vec<u8>,
@@ -238,6 +250,14 @@ impl Object {
             deepsft_version: env!("CARGO_PKG_VERSION"),
         };
         let mut files = self.files(&estimate, whole.as_ref())?;
+        if let (Some(width), Some(surface)) = (self.flat_width, surface) {
+            let height = template.texture().height() * width / template.texture().width();
+            let flat = surface.flatten(template.mesh(), (&image, &camera), (width, height.max(1)))?;
+            let confidence = |x: usize, y: usize| [(255.0 * flat.confidence[y * width + x]).round() as u8; 3];
+            let confidence = Picture::from_fn(width, flat.picture.height(), confidence);
+            files.insert("flat.png".to_owned(), encode_png(&flat.picture)?);
+            files.insert("flat-confidence.png".to_owned(), encode_png(&confidence)?);
+        }
         files.insert(REPORT_FILE.to_owned(), serde_json::to_vec_pretty(&report)?);
         results.filled(&files)?.commit()?;
         Ok(format!(

@@ -9,6 +9,7 @@ mod common;
 mod data_sets;
 mod documented;
 mod evaluation;
+mod flat;
 mod full_disk;
 mod interruption;
 mod meshes;

@@ -7,6 +7,7 @@ mod printed_box;
 mod arap_completion;
 mod close_ups;
 mod fitting;
+mod flat_print;
 mod maps_completion;
 mod mesh_solver;
 mod seams;

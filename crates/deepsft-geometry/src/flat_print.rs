@@ -1,0 +1,105 @@
+//! The photographed print, laid flat.
+
+use crate::camera::Camera;
+use crate::error::{GeometryError, check_size};
+use crate::image::{ImageSize, MipLevel, Picture};
+use crate::maps::raster::VisibleSurface;
+use crate::mesh::TriangleMesh;
+use crate::surface::Surface;
+use glam::{DVec2, DVec3};
+use std::iter::successors;
+
+/// Distance of the texture's plane from the camera that looks at it head-on, mm, and that camera's focal length, pixels: one for the other.
+const PLANE_MM: f64 = 1000.0;
+
+/// A place of the surface is seen where nothing lies nearer by more than this fraction of its depth: a mesh is no more exact.
+const SAME_DEPTH: f64 = 0.005;
+
+/// Colour of what the image does not show: bare paper.
+const UNSEEN: [u8; 3] = [255; 3];
+
+/// A print as an image shows it, laid flat.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FlatPrint {
+    /// The print in the frame of its texture; white where the image does not show it.
+    pub picture: Picture,
+    /// How much the image shows of each pixel, 0 to 1, row-major: pixels of the image along its shorter way across the pixel, at most 1. 0
+    /// where the print is out of the image, turned away, or hidden by itself or by something else ([`Surface::is_hidden`]).
+    pub confidence: Vec<f32>,
+}
+
+impl Surface {
+    /// Lays the print flat that `image` shows: the inverse of drawing the surface, each pixel of a texture of `size` looked up in the image
+    /// where the surface has it. `camera` took the image and looks as the surface's own does; `template` is the mesh at rest.
+    ///
+    /// # Errors
+    /// [`GeometryError::MapSize`] when image and camera are not of one size, [`GeometryError::CameraParameter`] for a `size` without
+    /// pixels, [`GeometryError::StartLength`] for a mesh with another number of vertices.
+    pub fn flatten(
+        &self,
+        template: &TriangleMesh,
+        (image, camera): (&Picture, &Camera),
+        size: impl Into<ImageSize>,
+    ) -> Result<FlatPrint, GeometryError> {
+        let size = size.into();
+        check_size(image.size(), camera.size())?;
+        let (actual, expected) = (self.vertices_camera.len(), template.vertices().len());
+        if actual != expected {
+            return Err(GeometryError::StartLength { actual, expected });
+        }
+        let head_on = Camera::pinhole(size, DVec2::splat(PLANE_MM), DVec2::ZERO)?;
+        let on_plane = |uv: &DVec2| (*uv * size.as_dvec2()).extend(PLANE_MM);
+        let plane: Vec<DVec3> = template.texture_coordinates().iter().map(on_plane).collect();
+        let flat = VisibleSurface::new(template, &plane, &head_on);
+        let seen = VisibleSurface::new(template, &self.vertices_camera, camera);
+        let levels: Vec<MipLevel> = successors(Some(MipLevel::finest(image.clone())), MipLevel::coarser).collect();
+
+        let mut rgb = UNSEEN.repeat(size.area());
+        let mut confidence = vec![0.0; size.area()];
+        for (index, (column, row)) in flat.region().pixels().enumerate() {
+            let Some(face) = flat.centres().triangle(index) else {
+                continue;
+            };
+            let Some(on_flat) = &flat.triangles()[face] else {
+                continue;
+            };
+            let at = flat.centres().position(column, row);
+            let weights = on_flat.barycentric(at.x, at.y);
+            let corners = || template.faces()[face].into_iter().zip(weights);
+            let point: DVec3 = corners().map(|(v, weight)| self.vertices_camera[v] * weight).sum();
+            let Some((pixel, across)) = shown(&seen, face, point, size) else {
+                continue;
+            };
+            // The level whose pixels are about as large as one of the flat print.
+            let level = (1.0 / across.min(1.0)).log2() as usize;
+            let color = levels[level.min(levels.len() - 1)].sample(pixel / image.size().as_dvec2());
+            let place = row * size.width + column;
+            rgb[3 * place..3 * place + 3].copy_from_slice(&color.map(|c| (c + 0.5) as u8));
+            let hidden = corners().filter(|(v, _)| self.is_hidden.get(*v) == Some(&true));
+            if hidden.map(|(_, weight)| weight).sum::<f64>() < 0.5 {
+                confidence[place] = (1.0 / across.max(1.0)) as f32;
+            }
+        }
+        let picture = Picture::new(size.width, size.height, rgb)?;
+        Ok(FlatPrint { picture, confidence })
+    }
+}
+
+/// Where the image shows the point of a face, and how many pixels of the flat print one of the image is across there, along the way that is
+/// foreshortened most. `None` where it does not show it.
+fn shown(seen: &VisibleSurface, face: usize, point: DVec3, size: ImageSize) -> Option<(DVec2, f64)> {
+    let triangle = seen.triangles()[face].as_ref().filter(|triangle| triangle.front)?;
+    let pixel = seen.camera().project(point)?;
+    if !seen.camera().size().holds(pixel) {
+        return None;
+    }
+    let nearest = seen
+        .triangle_at(pixel)
+        .and_then(|nearest| seen.triangles()[nearest].as_ref());
+    if nearest.is_some_and(|nearest| nearest.depth_mm(pixel.x, pixel.y) < point.z * (1.0 - SAME_DEPTH)) {
+        return None;
+    }
+    let there = triangle.seen_point(pixel.x, pixel.y);
+    let [right, down] = [there.duv_dx, there.duv_dy].map(|duv| duv * size.as_dvec2());
+    Some((pixel, right.length().max(down.length())))
+}

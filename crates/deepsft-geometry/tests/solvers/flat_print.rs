@@ -1,0 +1,166 @@
+//! The photographed print, laid flat.
+
+use crate::sheet::{bent, folded, template};
+use deepsft_geometry::glam::{DVec2, DVec3};
+use deepsft_geometry::raster::VisibleSurface;
+use deepsft_geometry::{
+    Camera, FlatPrint, GeometryError, Maps, MipLevel, Picture, Surface, Template, Verdict, training_camera,
+};
+use std::iter::successors;
+
+fn camera() -> Camera {
+    let large = training_camera().resized((1440, 810)).unwrap();
+    large.with_distortion([-0.15, 0.03, 0.001, 0.0, 0.0]).unwrap()
+}
+
+fn surface(vertices_camera: Vec<DVec3>) -> Surface {
+    Surface {
+        camera: training_camera(),
+        confidence: vec![1.0; vertices_camera.len()],
+        vertices_camera,
+        is_hidden: Vec::new(),
+        deviations: Vec::new(),
+        verdict: Verdict::default(),
+    }
+}
+
+/// What the camera takes of the sheet before black, with noise, and the maps of that.
+fn photograph(template: &Template, vertices: &[DVec3]) -> (Picture, Maps) {
+    let truth = VisibleSurface::new(template.mesh(), vertices, &camera()).maps();
+    let texture = template.texture();
+    let image = Picture::from_fn(truth.size().width, truth.size().height, |x, y| {
+        let pixel = y * truth.size().width + x;
+        if !truth.inside(pixel) {
+            return [0; 3];
+        }
+        let at = truth.uv(pixel) * texture.size().as_dvec2();
+        let noise = ((x * 7919 + y * 104_729 + x * y * 31) % 41) as f32 - 20.0;
+        texture.sample(at.x, at.y).map(|c| (c + noise) as u8)
+    });
+    (image, truth)
+}
+
+fn flattened(template: &Template, surface: &Surface, image: &Picture, width: usize) -> FlatPrint {
+    let height = width * 210 / 297;
+    surface
+        .flatten(template.mesh(), (image, &camera()), (width, height))
+        .unwrap()
+}
+
+/// Mean difference from the template's texture, of 255, where the image shows the print.
+fn difference(template: &Template, flat: &FlatPrint) -> f64 {
+    // The print in pixels about as large.
+    let mut levels = successors(Some(MipLevel::finest(template.texture().clone())), MipLevel::coarser);
+    let print = levels
+        .find(|level| level.extent.x < 1.5 * flat.picture.width() as f64)
+        .unwrap();
+    let (mut sum, mut count) = (0.0, 0.0);
+    for (place, confidence) in flat.confidence.iter().enumerate() {
+        let (x, y) = (place % flat.picture.width(), place / flat.picture.width());
+        let uv = DVec2::new(x as f64 + 0.5, y as f64 + 0.5) / flat.picture.size().as_dvec2();
+        let drawn = print.sample(uv);
+        if *confidence > 0.0 {
+            let pixel = flat.picture.pixel(x, y);
+            sum += (0..3)
+                .map(|k| f64::from((f32::from(pixel[k]) - drawn[k]).abs()))
+                .sum::<f64>()
+                / 3.0;
+            count += 1.0;
+        }
+    }
+    sum / count
+}
+
+#[test]
+fn a_bent_sheet_laid_flat_is_its_print_again() {
+    let template = template();
+    let vertices = bent(&template, 0.3);
+    let (image, _) = photograph(&template, &vertices);
+    // A small print is the mean of what the image shows: without most of the noise.
+    for width in [75, 594] {
+        let flat = flattened(&template, &surface(vertices.clone()), &image, width);
+        let seen = flat.confidence.iter().filter(|confidence| **confidence > 0.0).count();
+        assert!(seen as f64 > 0.99 * flat.confidence.len() as f64, "{seen} pixels");
+        let error = difference(&template, &flat);
+        assert!(error < 10.0, "{error} of 255 at {width}");
+        let moved: Vec<DVec3> = vertices.iter().map(|p| p + 4.0 * DVec3::X).collect();
+        let moved = difference(&template, &flattened(&template, &surface(moved), &image, width));
+        assert!(moved > 2.0 * error, "{error}, moved by 4 mm {moved}");
+    }
+}
+
+#[test]
+fn what_the_image_does_not_show_is_white_and_has_no_confidence() {
+    let template = template();
+    // The right fifth is folded over, so it shows its back and hides what is under it.
+    let vertices = folded(&template, -2.9);
+    let (image, truth) = photograph(&template, &vertices);
+    let flat = flattened(&template, &surface(vertices.clone()), &image, 297);
+    let mut counts = [[0; 2]; 2];
+    for (place, confidence) in flat.confidence.iter().enumerate() {
+        let uv = DVec2::new((place % 297) as f64 + 0.5, (place / 297) as f64 + 0.5) / DVec2::new(297.0, 210.0);
+        let point = template_point(&template, &vertices, uv);
+        let shown = camera().project(point).and_then(|pixel| {
+            let pixel = pixel.y as usize * truth.size().width + pixel.x as usize;
+            truth.inside(pixel).then(|| truth.uv(pixel))
+        });
+        let is_shown = shown.is_some_and(|seen| seen.distance(uv) < 0.02);
+        counts[usize::from(is_shown)][usize::from(*confidence > 0.0)] += 1;
+        if *confidence == 0.0 {
+            assert_eq!(flat.picture.pixel(place % 297, place / 297), [255; 3]);
+        }
+    }
+    let [[unseen, wrong], [missing, seen]] = counts;
+    assert!(unseen > 9000 && seen > 30_000, "{counts:?}");
+    assert!(wrong < 600 && missing < 600, "{counts:?}");
+}
+
+/// Where the grid of the sheet has a place of its print.
+fn template_point(template: &Template, vertices: &[DVec3], uv: DVec2) -> DVec3 {
+    let (columns, rows) = template.grid().unwrap();
+    let at = uv * DVec2::new((columns - 1) as f64, (rows - 1) as f64);
+    let low = at.floor().min(DVec2::new((columns - 2) as f64, (rows - 2) as f64));
+    let (part, first) = (at - low, low.y as usize * columns + low.x as usize);
+    let row = |first: usize| vertices[first].lerp(vertices[first + 1], part.x);
+    row(first).lerp(row(first + columns), part.y)
+}
+
+#[test]
+fn what_something_hides_has_no_confidence_and_what_is_far_has_little() {
+    let template = template();
+    let vertices = bent(&template, 0.0);
+    let (image, _) = photograph(&template, &vertices);
+    let mut surface = surface(vertices);
+    let coordinates = template.mesh().texture_coordinates();
+    surface.is_hidden = coordinates.iter().map(|uv| uv.x < 0.5).collect();
+    let flat = flattened(&template, &surface, &image, 100);
+    let row = &flat.confidence[35 * 100..36 * 100];
+    assert!(
+        row[..45].iter().all(|confidence| *confidence == 0.0) && row[55..].iter().all(|confidence| *confidence > 0.9)
+    );
+    // 3000 pixels for 297 mm are several times as many as the image has.
+    let large = flattened(&template, &surface, &image, 3000);
+    let middle = large.confidence[1000 * 3000 + 2250];
+    assert!((0.1..0.5).contains(&middle), "{middle}");
+}
+
+#[test]
+fn what_does_not_fit_together_is_an_error() {
+    let template = template();
+    let (vertices, image) = (bent(&template, 0.0), Picture::from_fn(8, 8, |_, _| [0; 3]));
+    let of = |vertices: &[DVec3], image: &Picture, size: (usize, usize)| {
+        surface(vertices.to_vec())
+            .flatten(template.mesh(), (image, &camera()), size)
+            .unwrap_err()
+    };
+    let whole = Picture::from_fn(1440, 810, |_, _| [0; 3]);
+    assert!(matches!(of(&vertices, &image, (9, 9)), GeometryError::MapSize { .. }));
+    assert!(matches!(
+        of(&vertices[1..], &whole, (9, 9)),
+        GeometryError::StartLength { .. }
+    ));
+    assert!(matches!(
+        of(&vertices, &whole, (0, 9)),
+        GeometryError::CameraParameter { .. }
+    ));
+}
