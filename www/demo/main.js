@@ -102,6 +102,8 @@ const subjects = new Subjects(showProgress, () => showWaiting("Learning your pic
 let source = null;
 /** Ends what was started last, with its camera or clip. */
 let leaving = new AbortController();
+/** The end of the address that shows the clip at once. */
+const CLIP_HASH = "#clip";
 /** Whether the page is on its way back in the browser's history. */
 let isReturning = false;
 /** @type {() => void} what "Try again" does */
@@ -135,14 +137,25 @@ function showView(name) {
   if (name === "start") hero.start();
   else hero.stop();
   takeNewVersion();
+  if (name !== "start" && history.state) history.replaceState(history.state, "", addressOf(name));
   if (before === undefined || before === name) return;
   // What had the focus is gone, or goes.
   byId(FOCUSED[name], HTMLElement).focus({ preventScroll: true });
   // The browser's way back leads to the start, like the page's own.
-  if (name !== "start" && !history.state) history.pushState({ isView: true }, "");
+  if (name !== "start" && !history.state) history.pushState({ isView: true }, "", addressOf(name));
   if (name !== "start" || !history.state || isReturning) return;
   isReturning = true;
   history.back();
+}
+
+/**
+ * The address of a view. Of all that is shown the clip alone needs nothing of the person, so it alone can be sent to others.
+ *
+ * @param {"start" | "own" | "live"} name
+ */
+function addressOf(name) {
+  const hash = name === "live" && view.live.dataset.source === "clip" ? CLIP_HASH : "";
+  return `${location.pathname}${location.search}${hash}`;
 }
 
 /** Back to the start screen. */
@@ -541,3 +554,7 @@ function takeFiles(files) {
 restoreContexts([view.stage, byId("orbit", HTMLCanvasElement)]);
 openHud(matchMedia("(min-width: 760px) and (min-height: 560px)").matches);
 showView("start");
+if (location.hash === CLIP_HASH) {
+  history.replaceState(null, "", addressOf("start"));
+  startClip();
+}

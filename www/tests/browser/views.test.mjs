@@ -41,6 +41,26 @@ test("the browser's way back leads to the start, as the page's own does, and fro
   }),
 );
 
+test("an address that ends in #clip shows the clip at once, and what is shown has that address only while it is the clip", { timeout: SLOW_MS }, () =>
+  onPage(
+    async (page) => {
+      const hash = () => page.evaluate(() => location.hash);
+      await page.waitForSelector('#state[data-state="found"]');
+      assert.deepEqual([await viewOf(page), await hash()], ["live", "#clip"]);
+      await page.goBack();
+      await page.waitForFunction(() => document.body.dataset.view === "start" && history.state === null);
+      assert.equal(await hash(), "");
+      await page.click("#use-camera");
+      assert.deepEqual([await viewOf(page), await hash()], ["live", ""]);
+      await page.click("#back");
+      await page.waitForFunction(() => document.body.dataset.view === "start" && history.state === null);
+      await page.click("#use-clip");
+      assert.equal(await hash(), "#clip");
+    },
+    { query: "?device=cpu#clip", permissions: ["camera"] },
+  ),
+);
+
 test("the start screen's sheet comes back with its graphics context", { timeout: SLOW_MS }, () =>
   onPage(async (page) => {
     const size = async () => (await page.locator("#hero").screenshot()).length;
