@@ -51,7 +51,7 @@ export async function makeObstacles(folder) {
   const [open, refused, engineless] = await Promise.all([
     serve({ host }),
     serve({ folders: { "/models/": models, "/": WWW } }),
-    serve({ folders: { "/models/": join(ROOT, "models"), "/pkg/": nothing, "/": WWW } }),
+    serve({ folders: { "/models/": join(ROOT, "models"), "/dist/": nothing, "/": WWW } }),
   ]);
   const servers = [open, refused, engineless];
   return {
