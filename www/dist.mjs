@@ -4,7 +4,7 @@
 //     node dist.mjs
 
 import { build } from "esbuild";
-import { copyFile, readFile, rename, rm } from "node:fs/promises";
+import { copyFile, readFile, rename, rm, writeFile } from "node:fs/promises";
 import { basename, join } from "node:path";
 import { fileURLToPath } from "node:url";
 
@@ -45,6 +45,9 @@ export async function writeDist() {
   // With all that it needs: a page that has it writes no script at all.
   await build({ ...options, entryPoints: absolute({ element: "src/scene/element.js", worker: "src/worker.js" }) });
   await copyFile(www(ENGINE), join(partial, basename(ENGINE)));
+  // Whoever copies the folder copies the licences of what is in it.
+  const licences = await Promise.all([www("pkg/THIRD-PARTY.txt"), www("node_modules/three/LICENSE")].map((path) => readFile(path, "utf8")));
+  await writeFile(join(partial, "THIRD-PARTY.txt"), licences.join("\n\nthree.js, in element.js\n\n"));
   await rm(OUT, { recursive: true, force: true });
   await rename(partial, OUT);
 }
