@@ -1,12 +1,15 @@
 // The reference of the package, made of its declarations by TypeDoc: a page for each symbol, with a search. It is on the site in docs/api/.
 
+import { readFileSync } from "node:fs";
 import { fileURLToPath } from "node:url";
 import { Application, LogLevel } from "typedoc";
 
 const www = (name) => fileURLToPath(new URL(name, import.meta.url));
 
-/** The doors of the package, by their names in the reference. */
-export const DOORS = { deepsft: "index", "deepsft/scene": "scene/index", "deepsft/element": "scene/element", "deepsft/three": "three/index", "deepsft/light": "light/index" };
+/** The doors of the package, as pages import them, with their declarations in types/. */
+const { exports } = JSON.parse(readFileSync(www("package.json"), "utf8"));
+const typed = Object.entries(exports).filter(([, { types }]) => types);
+export const DOORS = Object.fromEntries(typed.map(([name, { types }]) => [name.replace(".", "deepsft"), types.replace(/^\.\/types\/|\.d\.ts$/g, "")]));
 
 /**
  * @param {string} out an empty folder

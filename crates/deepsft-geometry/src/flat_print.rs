@@ -4,7 +4,7 @@ use crate::camera::Camera;
 use crate::error::{GeometryError, check_size};
 use crate::image::{ImageSize, MipLevel, Picture};
 use crate::maps::raster::VisibleSurface;
-use crate::mesh::TriangleMesh;
+use crate::mesh::Template;
 use crate::surface::Surface;
 use glam::{DVec2, DVec3};
 use std::iter::successors;
@@ -12,7 +12,8 @@ use std::iter::successors;
 /// Distance of the texture's plane from the camera that looks at it head-on, mm, and that camera's focal length, pixels: one for the other.
 const PLANE_MM: f64 = 1000.0;
 
-/// A place of the surface is seen where nothing lies nearer by more than this fraction of its depth: a mesh is no more exact.
+/// A place of the surface is seen where nothing lies nearer by more than this fraction of its depth. Layers that are nearer to each other
+/// count as one.
 const SAME_DEPTH: f64 = 0.005;
 
 /// Colour of what the image does not show: bare paper.
@@ -29,29 +30,30 @@ pub struct FlatPrint {
 }
 
 impl Surface {
-    /// Lays the print flat that `image` shows: the inverse of drawing the surface, each pixel of a texture of `size` looked up in the image
-    /// where the surface has it. `camera` took the image and looks as the surface's own does; `template` is the mesh at rest.
+    /// Lays the print of `template` flat as `image` shows it, `width` pixels wide, in the proportions of its texture: the inverse of drawing
+    /// the surface, each pixel looked up in the image where the surface has it. `camera` took the image and looks as the surface's own does.
     ///
     /// # Errors
-    /// [`GeometryError::MapSize`] when image and camera are not of one size, [`GeometryError::CameraParameter`] for a `size` without
-    /// pixels, [`GeometryError::StartLength`] for a mesh with another number of vertices.
+    /// [`GeometryError::MapSize`] when image and camera are not of one size, [`GeometryError::CameraParameter`] for a `width` of 0,
+    /// [`GeometryError::StartLength`] for a template with another number of vertices.
     pub fn flatten(
         &self,
-        template: &TriangleMesh,
+        template: &Template,
         (image, camera): (&Picture, &Camera),
-        size: impl Into<ImageSize>,
+        width: usize,
     ) -> Result<FlatPrint, GeometryError> {
-        let size = size.into();
+        let (mesh, texture) = (template.mesh(), template.texture());
+        let size = ImageSize::from((width, (texture.height() * width / texture.width()).max(1)));
         check_size(image.size(), camera.size())?;
-        let (actual, expected) = (self.vertices_camera.len(), template.vertices().len());
+        let (actual, expected) = (self.vertices_camera.len(), mesh.vertices().len());
         if actual != expected {
             return Err(GeometryError::StartLength { actual, expected });
         }
         let head_on = Camera::pinhole(size, DVec2::splat(PLANE_MM), DVec2::ZERO)?;
         let on_plane = |uv: &DVec2| (*uv * size.as_dvec2()).extend(PLANE_MM);
-        let plane: Vec<DVec3> = template.texture_coordinates().iter().map(on_plane).collect();
-        let flat = VisibleSurface::new(template, &plane, &head_on);
-        let seen = VisibleSurface::new(template, &self.vertices_camera, camera);
+        let plane: Vec<DVec3> = mesh.texture_coordinates().iter().map(on_plane).collect();
+        let flat = VisibleSurface::new(mesh, &plane, &head_on);
+        let seen = VisibleSurface::new(mesh, &self.vertices_camera, camera);
         let levels: Vec<MipLevel> = successors(Some(MipLevel::finest(image.clone())), MipLevel::coarser).collect();
 
         let mut rgb = UNSEEN.repeat(size.area());
@@ -65,7 +67,7 @@ impl Surface {
             };
             let at = flat.centres().position(column, row);
             let weights = on_flat.barycentric(at.x, at.y);
-            let corners = || template.faces()[face].into_iter().zip(weights);
+            let corners = || mesh.faces()[face].into_iter().zip(weights);
             let point: DVec3 = corners().map(|(v, weight)| self.vertices_camera[v] * weight).sum();
             let Some((pixel, across)) = shown(&seen, face, point, size) else {
                 continue;

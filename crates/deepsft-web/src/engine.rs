@@ -4,7 +4,7 @@ use crate::{
     clock::Stopwatch,
     estimate::estimate_object,
     failure::{Code, Failure},
-    input::{camera_from, files_from, maps_from, picture_from},
+    input::{files_from, frame_from, maps_from, picture_from},
     mesh::positions,
     object::object,
     settle,
@@ -143,8 +143,7 @@ impl Engine {
         let core = Rc::clone(&self.core);
         settle::promise(async move {
             let target = core.target(id)?;
-            let camera = camera_from((width, height), &camera)?;
-            let picture = picture_from(&rgba, (width, height))?;
+            let (picture, camera) = frame_from(&rgba, (width, height), &camera)?;
             let estimate = target.estimate(&mut View::new(&picture, &camera)).await;
             estimate.map_err(|error| core.failed(&error))
         })
@@ -165,8 +164,7 @@ impl Engine {
         let core = Rc::clone(&self.core);
         settle::promise(async move {
             let target = core.target(id)?;
-            let camera = camera_from((width, height), &camera)?;
-            let picture = picture_from(&rgba, (width, height))?;
+            let (picture, camera) = frame_from(&rgba, (width, height), &camera)?;
             let flat = target.flatten(&mut View::new(&picture, &camera), columns).await;
             let flat = flat.map_err(|error| core.failed(&error))?;
             Ok(flat.map_or(JsValue::NULL, JsValue::from))
@@ -195,8 +193,7 @@ impl Engine {
     ) -> Promise {
         let core = Rc::clone(&self.core);
         settle::promise(async move {
-            let camera = camera_from((width, height), &camera)?;
-            let picture = picture_from(&rgba, (width, height))?;
+            let (picture, camera) = frame_from(&rgba, (width, height), &camera)?;
             core.find((&ids, estimated), &mut View::new(&picture, &camera), focal)
                 .await
         })

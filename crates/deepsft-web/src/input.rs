@@ -69,6 +69,12 @@ pub fn picture_from(rgba: &[u8], size: impl Into<ImageSize>) -> Result<Picture, 
     Ok(Picture::new(size.width, size.height, rgb)?)
 }
 
+/// A frame of `size` pixels with its camera, as [`picture_from`] and [`camera_from`] say.
+pub fn frame_from(rgba: &[u8], size: (usize, usize), camera: &[f64]) -> Result<(Picture, Camera), Failure> {
+    let camera = camera_from(size, camera)?;
+    Ok((picture_from(rgba, size)?, camera))
+}
+
 /// Maps of a canonical image of `width` columns out of a depth and two texture coordinates for each pixel.
 pub fn maps_from(width: u32, depth: Vec<f32>, registration: &[f32]) -> Result<Maps, Failure> {
     let width = (width as usize).max(1);

@@ -123,10 +123,7 @@ impl EngineTarget {
         let Some(surface) = estimate.surface.filter(|_| estimate.judgement.found) else {
             return Ok(None);
         };
-        let template = self.target.template();
-        let texture = template.texture().size();
-        let rows = (texture.height * columns / texture.width).max(1);
-        let flat = surface.flatten(template.mesh(), (view.image(), view.camera()), (columns, rows))?;
+        let flat = surface.flatten(self.target.template(), (view.image(), view.camera()), columns)?;
         Ok(Some(object([
             ("width", (columns as u32).into()),
             ("rgba", rgba(&flat.picture).into()),

@@ -3,7 +3,7 @@
 use crate::{
     clock::{Stopwatch, now_s},
     failure::{Code, Failure},
-    input::{camera_from, files_from, picture_from, view_from},
+    input::{camera_from, files_from, frame_from, view_from},
     mesh::surface_object,
     object::object,
     settle,
@@ -127,8 +127,7 @@ impl MeshTracker {
     ) -> Promise {
         let core = Rc::clone(&self.core);
         settle::promise(async move {
-            let camera = camera_from((width, height), &camera)?;
-            let picture = picture_from(&rgba, (width, height))?;
+            let (picture, camera) = frame_from(&rgba, (width, height), &camera)?;
             let source = Source {
                 camera: source_from(&source)?,
                 focal_deviation,

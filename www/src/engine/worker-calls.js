@@ -82,7 +82,7 @@ function throughOwnScript(start) {
 
 /** @typedef {{ createPolicy: (name: string, rules: { createScriptURL: (url: string) => string }) => { createScriptURL: (url: string) => string } }} TrustedTypes */
 
-/** Most pages that list the policy allow no second. @type {ReturnType<TrustedTypes["createPolicy"]> | null} */
+/** Made once: a page that names it in its policy allows no second, unless it says so. @type {ReturnType<TrustedTypes["createPolicy"]> | null} */
 let policy = null;
 
 /**

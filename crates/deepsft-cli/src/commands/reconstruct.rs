@@ -251,8 +251,7 @@ impl Object {
         };
         let mut files = self.files(&estimate, whole.as_ref())?;
         if let (Some(width), Some(surface)) = (self.flat_width, surface) {
-            let height = template.texture().height() * width / template.texture().width();
-            let flat = surface.flatten(template.mesh(), (&image, &camera), (width, height.max(1)))?;
+            let flat = surface.flatten(template, (&image, &camera), width)?;
             let confidence = |x: usize, y: usize| [(255.0 * flat.confidence[y * width + x]).round() as u8; 3];
             let confidence = Picture::from_fn(width, flat.picture.height(), confidence);
             files.insert("flat.png".to_owned(), encode_png(&flat.picture)?);

@@ -41,10 +41,7 @@ fn photograph(template: &Template, vertices: &[DVec3]) -> (Picture, Maps) {
 }
 
 fn flattened(template: &Template, surface: &Surface, image: &Picture, width: usize) -> FlatPrint {
-    let height = width * 210 / 297;
-    surface
-        .flatten(template.mesh(), (image, &camera()), (width, height))
-        .unwrap()
+    surface.flatten(template, (image, &camera()), width).unwrap()
 }
 
 /// Mean difference from the template's texture, of 255, where the image shows the print.
@@ -145,22 +142,43 @@ fn what_something_hides_has_no_confidence_and_what_is_far_has_little() {
 }
 
 #[test]
+fn what_lies_out_of_the_image_has_no_confidence() {
+    let template = template();
+    let vertices: Vec<DVec3> = bent(&template, 0.0).iter().map(|p| p + 250.0 * DVec3::X).collect();
+    let (image, _) = photograph(&template, &vertices);
+    let flat = flattened(&template, &surface(vertices.clone()), &image, 99);
+    let beyond = |place: usize| {
+        let uv = DVec2::new((place % 99) as f64 + 0.5, (place / 99) as f64 + 0.5) / DVec2::new(99.0, 70.0);
+        let pixel = camera().project(template_point(&template, &vertices, uv));
+        pixel.is_none_or(|pixel| pixel.x > 1440.0)
+    };
+    let out: Vec<bool> = (0..flat.confidence.len()).map(beyond).collect();
+    let count = out.iter().filter(|out| **out).count();
+    assert!((1000..6000).contains(&count), "{count}");
+    let wrong = out
+        .iter()
+        .zip(&flat.confidence)
+        .filter(|(out, c)| **out == (**c > 0.0))
+        .count();
+    assert!(wrong < 100, "{wrong}");
+}
+
+#[test]
 fn what_does_not_fit_together_is_an_error() {
     let template = template();
     let (vertices, image) = (bent(&template, 0.0), Picture::from_fn(8, 8, |_, _| [0; 3]));
-    let of = |vertices: &[DVec3], image: &Picture, size: (usize, usize)| {
-        surface(vertices.to_vec())
-            .flatten(template.mesh(), (image, &camera()), size)
-            .unwrap_err()
+    let of = |vertices: &[DVec3], image: &Picture, width: usize| {
+        let surface = surface(vertices.to_vec());
+        surface.flatten(&template, (image, &camera()), width).unwrap_err()
     };
     let whole = Picture::from_fn(1440, 810, |_, _| [0; 3]);
-    assert!(matches!(of(&vertices, &image, (9, 9)), GeometryError::MapSize { .. }));
+    assert!(matches!(of(&vertices, &image, 9), GeometryError::MapSize { .. }));
     assert!(matches!(
-        of(&vertices[1..], &whole, (9, 9)),
+        of(&vertices[1..], &whole, 9),
         GeometryError::StartLength { .. }
     ));
     assert!(matches!(
-        of(&vertices, &whole, (0, 9)),
+        of(&vertices, &whole, 0),
         GeometryError::CameraParameter { .. }
     ));
 }
