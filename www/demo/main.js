@@ -280,7 +280,7 @@ function createLive() {
   const shown = () => (view.loading.hidden = source?.stream?.interrupted !== true);
   created.onEstimate = shown;
   created.onDraw = () => shots.add(scene);
-  created.onMesh = (mesh, camera, atOnce = false) => measures.show(mesh, camera, atOnce, subjects.kind !== "tube");
+  created.onMesh = (mesh, camera, atOnce = false) => measures.show(mesh, camera, atOnce, subjects.tells);
   created.onFrame = () => subjects.kind === "picture" && shown();
   for (const button of view.overlays.querySelectorAll("button"))
     button.hidden = !stage.overlays.includes(/** @type {Overlay} */ (button.dataset.overlay));

@@ -11,6 +11,7 @@ import { VERSION } from "./offline/version.js";
  * @property {"poster" | "tube" | "picture"} kind
  * @property {DeepSft} sft
  * @property {Target} target
+ * @property {boolean} hasSize whether the target's size is that of the print, or made up
  */
 
 /** Models of what comes with the page. */
@@ -46,6 +47,12 @@ export class Subjects {
     return typeof this.#chosen === "string" ? this.#chosen : "picture";
   }
 
+  /** What people are told of it in numbers: a tube is bent by nature, and without a size no distance is known. */
+  get tells() {
+    const chosen = this.#chosen;
+    return { bend: chosen !== "tube", distance: typeof chosen === "string" || chosen.hasSize };
+  }
+
   /** @param {ReadyPicture | Ours} subject */
   choose(subject) {
     this.#chosen = subject;
@@ -61,7 +68,7 @@ export class Subjects {
     if (typeof chosen === "string") {
       const sft = await this.#engine((chosen === "poster" && parameters.get("model")) || MODELS[chosen]);
       // The model's own target comes first.
-      return { kind: chosen, sft, target: sft.targets[0] };
+      return { kind: chosen, sft, target: sft.targets[0], hasSize: true };
     }
     if (this.#known?.picture !== chosen) {
       const before = this.#known?.subject;
@@ -92,12 +99,12 @@ export class Subjects {
    * @returns {Promise<Subject>}
    */
   async #learn(picture, before) {
-    const { canvas, name, widthMm } = picture;
+    const { canvas, name, widthMm, hasSize } = picture;
     const old = await before?.catch(() => undefined);
     old?.sft.removeTarget(old.target);
     const sft = await this.#anyEngine();
     if (this.#chosen === picture) this.#onLearning();
-    return { kind: "picture", sft, target: await sft.addPicture(canvas, { widthMm, name }) };
+    return { kind: "picture", sft, target: await sft.addPicture(canvas, { widthMm, name }), hasSize };
   }
 
   /**

@@ -345,6 +345,11 @@ export class DeepSft {
     for (const session of this.#sessions.keys()) session.close();
     this.#engine.close();
   }
+
+  /** Closes it at the end of the block of a `using` declaration. */
+  [Symbol.dispose]() {
+    this.close();
+  }
 }
 
 /**

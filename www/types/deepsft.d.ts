@@ -218,4 +218,6 @@ export declare class DeepSft {
     follow(source: FrameSource, { targets: wanted, smooth, signal, ...options }?: FollowOptions): Session;
     /** Stops the worker and lets everything go; what is under way rejects with `closed`. */
     close(): void;
+    /** Closes it at the end of the block of a `using` declaration. */
+    [Symbol.dispose](): void;
 }

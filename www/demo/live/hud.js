@@ -97,13 +97,15 @@ export class Hud {
 
   /** @param {Subject} subject what is looked for */
   showSubject(subject) {
-    const { kind, target } = subject;
+    const { kind, target, hasSize } = subject;
     [this.#missing, element("#hint").textContent] = MISSING[kind];
     const hasNetwork = kind !== "picture";
     element("#network-word").textContent = hasNetwork ? "Network" : "Find";
     element("#pace-term").textContent = hasNetwork ? "Network, beside the tracker" : "Finder, beside the tracker";
     element("#model-term").textContent = hasNetwork ? "Model" : "Your picture";
-    if (kind === "picture") element("#model").textContent = `${target.name}, ${formatSize(target.widthMm, target.heightMm)}`;
+    const size = hasSize ? formatSize(target.widthMm, target.heightMm) : "size not known";
+    if (kind === "picture") element("#model").textContent = `${target.name}, ${size}`;
+    element("#scale").dataset.unit = hasSize ? "mm" : "none";
     this.showEngine(subject);
   }
 

@@ -4,6 +4,7 @@ import { measureSheet } from "deepsft";
 
 /** @import { SourcedCamera, SurfaceMesh } from "deepsft" */
 /** @typedef {{ distanceMm: number, bendDegrees: number }} Measures */
+/** @typedef {{ bend: boolean, distance: boolean }} Told which of them are known */
 
 /** The words change this often at most, and are read out this often, milliseconds. */
 const STAND_MS = 250;
@@ -18,12 +19,13 @@ const NEWS = { degrees: 12, fraction: 0.15 };
 /**
  * @param {Measures} measures
  * @param {boolean} about whether the camera is only estimated
- * @param {boolean} [bends] whether it is flat at rest: a tube is bent by nature
+ * @param {Told} [told]
  */
-export function measuresInWords({ distanceMm, bendDegrees }, about, bends = true) {
+export function measuresInWords({ distanceMm, bendDegrees }, about, told = { bend: true, distance: true }) {
   const bend = bendDegrees < FLAT_DEGREES ? "Flat" : `Bent by ${Math.round(bendDegrees)}°`;
   const distance = distanceMm < 995 ? `${Math.round(distanceMm / 10)} cm` : `${(distanceMm / 1000).toFixed(1)} m`;
-  return bends ? `${bend}, ${about ? "about " : ""}${distance} away` : `${about ? "About " : ""}${distance} away`;
+  const words = [told.bend ? bend : "", told.distance ? `${about ? "about " : ""}${distance} away` : ""].filter(Boolean).join(", ");
+  return words.charAt(0).toUpperCase() + words.slice(1);
 }
 
 /**
@@ -62,9 +64,9 @@ export class MeasuresPanel {
    * @param {SurfaceMesh | null} mesh
    * @param {SourcedCamera} camera
    * @param {boolean} atOnce of a single image
-   * @param {boolean} bends as for {@link measuresInWords}
+   * @param {Told} told
    */
-  show(mesh, camera, atOnce, bends) {
+  show(mesh, camera, atOnce, told) {
     const now = performance.now();
     if (!mesh) return this.hide();
     const isStill = !atOnce && now - this.#shownAt < STAND_MS;
@@ -77,7 +79,7 @@ export class MeasuresPanel {
       bendDegrees: bendDegrees + weight * (seen.bendDegrees - bendDegrees),
     };
     [this.#tookAt, this.#shownAt] = [now, now];
-    const words = measuresInWords(this.#mean, camera.source === "estimated", bends);
+    const words = measuresInWords(this.#mean, camera.source === "estimated", told);
     if (this.#words.textContent !== words) this.#words.textContent = words;
     this.#words.hidden = false;
     if (now - this.#readAt < READ_MS || !isNews(this.#read, this.#mean)) return;

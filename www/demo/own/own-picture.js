@@ -138,11 +138,11 @@ export class OwnPicture {
   /** Goes back to the last picture, to change its size or to crop it. */
   edit() {
     if (!this.#last) return this.choose();
-    const { canvas, name, widthMm } = this.#last;
+    const { canvas, name, widthMm, hasSize } = this.#last;
     this.#page.show();
     this.#capture.close();
     this.#scan.close();
-    this.#editor.open({ canvas, name, transparent: false }, { widthMm });
+    this.#editor.open({ canvas, name, transparent: false }, { widthMm, hasSize });
   }
 
   /** Does again what went wrong. */
@@ -191,11 +191,11 @@ export class OwnPicture {
     this.#showLast(picture);
     // Before anything is waited for: browsers open file dialogs only right after a click.
     this.#page.use(picture, use);
-    const { canvas, name, widthMm, heightMm } = picture;
+    const { canvas, ...rest } = picture;
     const blob = await new Promise((/** @type {(blob: Blob | null) => void} */ resolve) =>
       canvas.toBlob(resolve, "image/jpeg", JPEG_QUALITY),
     );
-    if (blob && this.#last === picture) await keepPicture({ picture: blob, name, widthMm, heightMm });
+    if (blob && this.#last === picture) await keepPicture({ picture: blob, ...rest });
   }
 
   async #recall() {
@@ -205,8 +205,8 @@ export class OwnPicture {
     const canvas = canvasOf(bitmap.width, bitmap.height);
     contextOf(canvas).drawImage(bitmap, 0, 0);
     bitmap.close();
-    const { name, widthMm, heightMm } = kept;
-    if (!this.#last) this.#showLast({ canvas, name, widthMm, heightMm });
+    const { name, widthMm, heightMm, hasSize = true } = kept;
+    if (!this.#last) this.#showLast({ canvas, name, widthMm, heightMm, hasSize });
   }
 
   async #forget() {
@@ -220,13 +220,13 @@ export class OwnPicture {
   /** @param {ReadyPicture} picture */
   #showLast(picture) {
     this.#last = picture;
-    const { canvas, name, widthMm, heightMm } = picture;
+    const { canvas, name, widthMm, heightMm, hasSize } = picture;
     const thumbnail = /** @type {HTMLCanvasElement} */ (part("#last-picture"));
     const scale = Math.min(1, THUMBNAIL_LENGTH / Math.max(canvas.width, canvas.height));
     [thumbnail.width, thumbnail.height] = [Math.ceil(canvas.width * scale), Math.ceil(canvas.height * scale)];
     contextOf(thumbnail).drawImage(canvas, 0, 0, thumbnail.width, thumbnail.height);
     part("#last-name").textContent = name;
-    part("#last-size").textContent = formatSize(widthMm, heightMm);
+    part("#last-size").textContent = hasSize ? formatSize(widthMm, heightMm) : "Size not known";
     part("#last").hidden = false;
     this.#page.remembered(picture);
   }

@@ -18,10 +18,15 @@ import { MAX_PICTURE_LENGTH, canvasOf, contextOf, turned } from "./read-picture.
  * @property {string} name
  * @property {number} widthMm
  * @property {number} heightMm
+ * @property {boolean} hasSize whether the size is the print's, or made up
  */
 
 /** Longest side of the small flat picture beside the size, CSS pixels. */
 const PREVIEW_LENGTH = 220;
+/** @typedef {UsualSize | "own" | "unknown"} SizeChoice */
+
+/** What a print of unknown size is taken for, as far as it fits. @type {UsualSize} */
+const MADE_UP = "a4";
 const UNIT_KEY = "deepsft/unit";
 
 export class PictureEditor {
@@ -35,7 +40,7 @@ export class PictureEditor {
   #picture = null;
   /** @type {ImageData | null} its pixels */
   #pixels = null;
-  /** @type {UsualSize | "own" | null} */
+  /** @type {SizeChoice | null} */
   #usual = null;
   /** mm; NaN where none was said. */
   #widthMm = Number.NaN;
@@ -60,7 +65,7 @@ export class PictureEditor {
     this.#part("#turn", HTMLButtonElement).addEventListener("click", () => this.#turn());
     this.#part("#usual-sizes", HTMLElement).addEventListener("click", ({ target }) => {
       const usual = target instanceof Element && target.closest("button")?.dataset.usual;
-      if (usual) this.#choose(/** @type {UsualSize | "own"} */ (usual));
+      if (usual) this.#choose(/** @type {SizeChoice} */ (usual));
     });
     this.#part("#units", HTMLElement).addEventListener("click", ({ target }) => {
       const unit = target instanceof Element && target.closest("button")?.dataset.unit;
@@ -81,13 +86,13 @@ export class PictureEditor {
 
   /**
    * @param {OpenedPicture} picture
-   * @param {{ corners?: Corners, widthMm?: number }} [known] what is known of it already
+   * @param {{ corners?: Corners, widthMm?: number, hasSize?: boolean }} [known] what is known of it already
    */
-  open(picture, { corners, widthMm = Number.NaN } = {}) {
+  open(picture, { corners, widthMm = Number.NaN, hasSize = true } = {}) {
     this.#root.hidden = false;
     this.#picture = picture;
     this.#pixels = pixelsOf(picture.canvas);
-    [this.#usual, this.#widthMm, this.#saidAspect] = [null, widthMm, Number.NaN];
+    [this.#usual, this.#widthMm, this.#saidAspect] = [hasSize ? null : "unknown", widthMm, Number.NaN];
     this.#part("#own-name", HTMLElement).textContent = picture.name;
     this.#part("#transparent", HTMLElement).hidden = !picture.transparent;
     this.#root.dataset.photographed = String(corners !== undefined);
@@ -122,11 +127,11 @@ export class PictureEditor {
     this.#corners.turn(canvas);
   }
 
-  /** @param {UsualSize | "own"} usual */
+  /** @param {SizeChoice} usual */
   #choose(usual) {
     this.#usual = usual;
     this.#say("");
-    if (usual === "own") this.#saidAspect = Number.NaN;
+    if (usual === "own" || usual === "unknown") this.#saidAspect = Number.NaN;
     this.#applyUsual();
     this.#showSize();
     if (usual === "own") this.#width.select();
@@ -136,8 +141,9 @@ export class PictureEditor {
   /** Makes the size that of the usual sheet that was chosen. */
   #applyUsual() {
     if (this.#usual === null || this.#usual === "own") return;
-    if (this.#corners.isWhole) {
-      this.#widthMm = largestOn(this.#usual, this.#aspect).widthMm;
+    if (this.#usual === "unknown" || this.#corners.isWhole) {
+      const usual = this.#usual === "unknown" ? MADE_UP : this.#usual;
+      this.#widthMm = largestOn(usual, this.#aspect).widthMm;
       return;
     }
     this.#saidAspect = Number.NaN;
@@ -153,6 +159,7 @@ export class PictureEditor {
 
   #takeHeight() {
     const heightMm = parseLength(this.#height.value, this.#unit);
+    if (this.#usual === "unknown") this.#widthMm = Number.NaN;
     this.#become("own");
     if (!(heightMm > 0)) return;
     if (this.#corners.isWhole || !(this.#widthMm > 0)) {
@@ -192,13 +199,14 @@ export class PictureEditor {
   }
 
   #showSize() {
-    const has = this.#widthMm > 0;
+    const has = this.#widthMm > 0 && this.#usual !== "unknown";
     this.#width.value = has ? formatLength(this.#widthMm, this.#unit) : "";
     this.#height.value = has ? formatLength(this.#widthMm / this.#aspect, this.#unit) : "";
     this.#check();
   }
 
   #check() {
+    this.#part("#size-unknown", HTMLElement).hidden = this.#usual !== "unknown";
     check(this.#part("#usual-sizes", HTMLElement), "usual", this.#usual);
   }
 
@@ -231,12 +239,12 @@ export class PictureEditor {
   #finish(use) {
     if (!this.#picture) return;
     const [widthMm, heightMm] = [this.#widthMm, this.#widthMm / this.#aspect];
-    if (!(widthMm > 0)) return this.#refuse("How wide is the print? Choose a size, or measure it.");
+    if (!(widthMm > 0)) return this.#refuse("How wide is the print? Choose a size, or measure it. If you cannot, say that you don’t know.");
     if (![widthMm, heightMm].every(isUsableLength))
       return this.#refuse(`Prints of ${MIN_MM} mm to ${MAX_MM / 1000} m a side can be followed.`);
     const canvas = canvasOf(1, 1);
     this.#drawFlat(canvas, Math.min(MAX_PICTURE_LENGTH, Math.ceil(this.#longestSide())));
-    this.onReady({ canvas, name: this.#picture.name, widthMm, heightMm }, use);
+    this.onReady({ canvas, name: this.#picture.name, widthMm, heightMm, hasSize: this.#usual !== "unknown" }, use);
   }
 
   /** Pixels along the longest side of the outline: more would show nothing more. */

@@ -6,6 +6,7 @@
  * @property {string} name
  * @property {number} widthMm
  * @property {number} heightMm
+ * @property {boolean} [hasSize] whether the size is the print's, or made up
  */
 
 const DATABASE = "deepsft-demo";

@@ -145,7 +145,7 @@ export class ScanEditor {
     }
     const canvas = canvasOf(1, 1);
     draw(canvas, sheet.picture, MAX_PICTURE_LENGTH);
-    this.onReady({ canvas, name, widthMm, heightMm }, use);
+    this.onReady({ canvas, name, widthMm, heightMm, hasSize: true }, use);
   }
 
   /** @param {string} problem empty for none */

@@ -206,6 +206,11 @@ export class CameraStream extends EventTarget {
     if (this.#video.srcObject === this.#stream) this.#video.srcObject = null;
   }
 
+  /** Closes it at the end of the block of a `using` declaration. */
+  [Symbol.dispose]() {
+    this.close();
+  }
+
   /** @param {{ deviceId: string } | { facing: Facing }} wanted */
   async #switch(wanted) {
     this.#requireRunning();

@@ -181,6 +181,11 @@ export class Estimate {
     this.frame?.close();
     this.frame = null;
   }
+
+  /** Closes it at the end of the block of a `using` declaration. */
+  [Symbol.dispose]() {
+    this.close();
+  }
 }
 
 /**

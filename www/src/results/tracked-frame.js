@@ -105,4 +105,9 @@ export class TrackedFrame {
     this.frame?.close();
     this.frame = null;
   }
+
+  /** Closes it at the end of the block of a `using` declaration. */
+  [Symbol.dispose]() {
+    this.close();
+  }
 }

@@ -275,6 +275,11 @@ export class SceneView extends EventTarget {
     this.#element.remove();
   }
 
+  /** Closes it at the end of the block of a `using` declaration. */
+  [Symbol.dispose]() {
+    this.close();
+  }
+
   /** Ends it, and leaves why in the page; called by {@link start}. @param {unknown} error */
   fail(error) {
     this.#end();

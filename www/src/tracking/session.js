@@ -183,6 +183,11 @@ export class Session extends EventTarget {
     this.#finish(null);
   }
 
+  /** Closes it at the end of the block of a `using` declaration. */
+  [Symbol.dispose]() {
+    this.close();
+  }
+
   /**
    * Follows a target too, from one of the next frames on.
    *

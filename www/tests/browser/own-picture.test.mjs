@@ -120,6 +120,30 @@ for (const [name, device] of Object.entries({ desktop: DESKTOP, phone: PHONE }))
   );
 }
 
+test("a print whose size nobody knows is followed, and no distance is told", { timeout: SLOW_MS }, () =>
+  withDemo({ camera: cameraFile }, { device: PHONE, permissions: ["camera"] }, async ({ page, screenshot }) => {
+    await page.setInputFiles("#picture-file", file(png));
+    await page.click('[data-usual="unknown"]');
+    assert.equal(await page.inputValue("#print-width"), "");
+    assert.ok(await page.isVisible("#size-unknown"));
+    await screenshot("phone-own-size-unknown");
+    await page.click('#print-size [value="camera"]');
+    await page.waitForSelector('#state[data-how="tracked"]');
+    await page.waitForSelector("#measures:not([hidden])");
+    assert.match(await page.textContent("#measures"), /^(Flat|Bent by \d+°)$/);
+    assert.match(await page.locator("#model").textContent(), /harbour\.png, size not known/);
+    await page.click('[data-overlay="depth"]');
+    assert.equal(await page.isVisible("#scale"), false);
+    // What was typed beside it is a size of its own.
+    await page.click("#back");
+    assert.equal(await page.textContent("#last-size"), "Size not known");
+    await page.click("#last-edit");
+    assert.equal(await page.getAttribute('[data-usual="unknown"]', "aria-checked"), "true");
+    await page.fill("#print-height", "105");
+    assert.deepEqual([await valueOf(page, "#print-width"), await page.isVisible("#size-unknown")], [148, false]);
+  }),
+);
+
 test("a photograph shows where its print is, and the size is fitted to the mesh", { timeout: SLOW_MS }, () =>
   withDemo({}, { device: DESKTOP }, async ({ page, screenshot }) => {
     await page.setInputFiles("#picture-file", file(png));

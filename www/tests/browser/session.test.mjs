@@ -105,6 +105,27 @@ test("components that come and go leave no camera, worker or listener behind, al
   }),
 );
 
+test("what is declared with `using` is closed at the end of its block", { timeout: SLOW_MS }, () =>
+  onPage({ webgpu: false, camera, permissions }, async ({ page }) => {
+    // As text: not every Node.js that runs the tests knows the declaration.
+    const left = await page.evaluate(`(async () => {
+      const video = document.body.appendChild(document.createElement("video"));
+      const kept = {};
+      {
+        using sft = kept.sft = await deepsft.DeepSft.load();
+        using stream = await deepsft.openCamera(video);
+        using session = kept.session = sft.follow(stream);
+        const { value } = await session[Symbol.asyncIterator]().next();
+        using frame = kept.frame = value;
+        kept.before = [session.closed, frame.frame !== null, video.srcObject !== null];
+      }
+      const error = await kept.sft.estimate(new ImageData(8, 8)).catch(({ code }) => code);
+      return [kept.before, kept.session.closed, kept.frame.frame !== null, video.srcObject !== null, error];
+    })()`);
+    assert.deepEqual(left, [[false, true, true], true, false, false, "closed"]);
+  }),
+);
+
 test("the program of the README runs as it stands", { timeout: SLOW_MS }, () =>
   onPage({ webgpu: false, camera, permissions }, async ({ page, origin }) => {
     const [, program] = /```js\n(import \{ DeepSft, measureSheet[^]*?)```/.exec(await readFile(join(WWW, "README.md"), "utf8"));

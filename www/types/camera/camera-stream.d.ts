@@ -93,4 +93,6 @@ export declare class CameraStream extends EventTarget {
     }): Promise<void>;
     /** Ends the stream and frees the camera. */
     close(): void;
+    /** Closes it at the end of the block of a `using` declaration. */
+    [Symbol.dispose](): void;
 }

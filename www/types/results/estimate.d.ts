@@ -133,6 +133,8 @@ export declare class Estimate {
     }): Promise<SurfaceMesh | null>;
     /** Lets the maps and the frame go. */
     close(): void;
+    /** Closes it at the end of the block of a `using` declaration. */
+    [Symbol.dispose](): void;
 }
 /**
  * Depths in another unit; those outside stay -1.

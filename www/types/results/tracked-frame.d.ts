@@ -102,4 +102,6 @@ export declare class TrackedFrame {
     get correlation(): number;
     /** Lets the frame go. */
     close(): void;
+    /** Closes it at the end of the block of a `using` declaration. */
+    [Symbol.dispose](): void;
 }

@@ -183,6 +183,8 @@ export declare class SceneView extends EventTarget {
     record(): Recording;
     /** Ends it, frees the camera, and takes it out of the page. Models that were added stay the page's. */
     close(): void;
+    /** Closes it at the end of the block of a `using` declaration. */
+    [Symbol.dispose](): void;
     /** Ends it, and leaves why in the page; called by {@link start}. @param {unknown} error */
     fail(error: unknown): void;
 }

@@ -132,6 +132,8 @@ export declare class Session extends EventTarget {
     [Symbol.asyncIterator](): AsyncGenerator<TrackedFrame, void, void>;
     /** Ends it: the loop over its frames ends without an error. */
     close(): void;
+    /** Closes it at the end of the block of a `using` declaration. */
+    [Symbol.dispose](): void;
     /**
      * Follows a target too, from one of the next frames on.
      *

@@ -1,14 +1,14 @@
 //! The camera from a sheet that bends.
 
 use super::camera_parameters::{between, stepped};
-use super::view::View;
+use super::view::{ASPECT, PARAMETERS, Reduced, View};
 use crate::camera::Camera;
 use crate::error::{GeometryError, check_size, check_start};
 use crate::fitting::FitOptions;
 use crate::fitting::mesh_fitter::{MeshFitter, check_blurs};
 use crate::image::{GreyImage, Picture};
 use crate::mesh::Template;
-use glam::{DMat4, DVec3, DVec4};
+use glam::{DVec3, DVec4};
 
 /// Information that holds a parameter where it is.
 const HELD: f64 = 1e12;
@@ -39,6 +39,8 @@ pub struct SelfCalibrationOptions {
     /// point's column and row as fractions of f, and of k1. 0 holds a parameter. Default 0.2, 0.02, 0.02, 0.03: a
     /// phone whose focal length was guessed.
     pub deviations: [f64; 4],
+    /// Prior standard deviation of ln of the print's width over its height: printers and hands stretch paper. 0 holds it. Default 0.02.
+    pub aspect_deviation: f64,
     /// Blur of image and drawing, pixels of the canonical image, one entry for each update of the camera; later updates take the last.
     pub blurs: Vec<f32>,
     /// Steps of a mesh between two updates of the camera.
@@ -59,6 +61,7 @@ impl Default for SelfCalibrationOptions {
         Self {
             fit: FitOptions::default(),
             deviations: [0.2, 0.02, 0.02, 0.03],
+            aspect_deviation: 0.02,
             blurs: vec![2.0, 1.2, 0.8],
             steps: 4,
             residual_variance: 0.8,
@@ -79,6 +82,8 @@ pub struct CalibratedCamera {
     pub assumed: Camera,
     /// Standard deviation of ln f: that of the focal length as a fraction of it.
     pub focal_deviation: f64,
+    /// How much wider the print is, beside its height, than the template says: ln of the ratio.
+    pub aspect: f64,
     /// Number of views that it comes from; those that were fitted far worse than the others are left out.
     pub views: usize,
 }
@@ -98,7 +103,8 @@ impl CalibratedCamera {
 /// The sheet's lengths are known and its print says which point of it a pixel shows. A camera of another focal length than the
 /// assumed one would see the perspective of a sheet that stretches. So the camera is the one before which all meshes explain
 /// their images with the least strain: the energy of the fit (photo-consistency, isometry, bending) is minimised over the meshes and
-/// the camera's focal length, principal point and first radial distortion together, by Gauss and Newton's method. Each mesh is
+/// the camera's focal length, principal point and first radial distortion together, by Gauss and Newton's method. With them goes the
+/// template's aspect: a print that is wider than it was said to be looks tilted before the wrong camera. Each mesh is
 /// eliminated (the Schur complement of its own normal equations), so that a view costs about as much as fitting its mesh does.
 ///
 /// A view whose mesh explains it far worse than the others' theirs has no say: it is a wrong one, until it fits.
@@ -114,6 +120,8 @@ pub struct SelfCalibration {
     spare: Vec<Vec<f32>>,
     /// Assumed, and as far as it is known.
     cameras: Option<[Camera; 2]>,
+    /// How much wider the print is than the template says, beside its height, ln.
+    aspect: f64,
     /// Updates of the camera since the first.
     updates: usize,
     /// The next view to be fitted for the next update.
@@ -136,6 +144,7 @@ impl SelfCalibration {
             views: Vec::new(),
             spare: Vec::new(),
             cameras: None,
+            aspect: 0.0,
             updates: 0,
             next: 0,
         })
@@ -146,6 +155,7 @@ impl SelfCalibration {
         self.spare.extend(self.views.drain(..).map(|view| view.image.values));
         self.cameras = None;
         (self.updates, self.next) = (0, 0);
+        self.set_aspect(0.0);
     }
 
     /// Offers a view: an undistorted image, the camera assumed for it, and the mesh in it. The mesh is the template's
@@ -180,7 +190,7 @@ impl SelfCalibration {
             vertices.iter_mut().for_each(|p| *p += away);
         }
         if self.views.len() >= self.options.max_views.max(1) {
-            let tells = |&view: &usize| self.views[view].information(self.prior());
+            let tells = |&view: &usize| self.views[view].information(self.prior([0.0; PARAMETERS]));
             if let Some(least) = (0..self.views.len()).min_by(|a, b| tells(a).total_cmp(&tells(b))) {
                 self.spare.push(self.views.swap_remove(least).image.values);
             }
@@ -215,31 +225,32 @@ impl SelfCalibration {
             return Ok(None);
         }
         self.next = 0;
-        let mut hessian = DMat4::from_diagonal(self.prior());
-        let mut gradient = self.prior() * between(&assumed, &camera);
+        let [ln_f, cx, cy, k1] = between(&assumed, &camera).to_array();
+        let mut told = self.prior([ln_f, cx, cy, k1, self.aspect]);
         let mut views = 0;
         let mut energies: Vec<f64> = self.views.iter().map(|view| view.energy).collect();
         energies.sort_by(f64::total_cmp);
         let good = energies.get(energies.len() / 4).copied().unwrap_or_default();
         let most = RIGHT_MESH.max(WRONG_MESH * good);
         for view in self.views.iter().filter(|view| view.energy <= most) {
-            hessian += view.reduced.hessian;
-            gradient += view.reduced.gradient;
+            told.add(&view.reduced);
             views += 1;
         }
-        let covariance = hessian.inverse();
-        let mut step = -(covariance * gradient);
-        step *= (MAX_STEP / step.x.abs()).min(1.0);
-        let camera = stepped(&camera, step)?;
+        let (step, covariance) = told.solve();
+        let fraction = (MAX_STEP / step[0].abs()).min(1.0);
+        let step = step.map(|step| fraction * step);
+        let camera = stepped(&camera, DVec4::from_slice(&step))?;
+        self.set_aspect(self.aspect + step[ASPECT]);
         self.cameras = Some([assumed, camera]);
         self.views.iter_mut().for_each(|view| view.follow(step));
         self.updates += 1;
         let focal_deviation = (self.options.residual_variance * covariance.x_axis.x).sqrt();
-        let found = self.updates > last + 1 && step.x.abs() < FOUND_STEP * focal_deviation;
+        let found = self.updates > last + 1 && step[0].abs() < FOUND_STEP * focal_deviation;
         Ok(found.then_some(CalibratedCamera {
             camera,
             assumed,
             focal_deviation,
+            aspect: self.aspect,
             views,
         }))
     }
@@ -262,11 +273,16 @@ impl SelfCalibration {
         self.views.iter().map(|view| self.fitter.fine_vertices(&view.vertices))
     }
 
-    /// Information on the parameters that was there before the views.
-    fn prior(&self) -> DVec4 {
-        DVec4::from_array(self.options.deviations.map(|deviation| {
-            let information = self.options.residual_variance / (deviation * deviation);
-            information.min(HELD)
-        }))
+    /// What was known of the parameters before the views, which are `off` from it.
+    fn prior(&self, off: [f64; PARAMETERS]) -> Reduced {
+        let [ln_f, cx, cy, k1] = self.options.deviations;
+        let information = [ln_f, cx, cy, k1, self.options.aspect_deviation]
+            .map(|deviation| (self.options.residual_variance / (deviation * deviation)).min(HELD));
+        Reduced::prior(information, off)
+    }
+
+    fn set_aspect(&mut self, aspect: f64) {
+        self.aspect = aspect;
+        self.fitter.coarse_mut().set_aspect(aspect);
     }
 }

@@ -173,6 +173,21 @@ impl IsometricMesh {
         Ok(vertices)
     }
 
+    /// Of a sheet: as [`Isometry::set_aspect`].
+    pub(crate) fn set_aspect(&mut self, aspect: f64) {
+        if let Structure::Sheet(isometry, _) = &mut self.structure {
+            isometry.iter_mut().for_each(|isometry| isometry.set_aspect(aspect));
+        }
+    }
+
+    /// The isometry of a sheet, with its whole weight.
+    pub(crate) fn isometry(&self) -> Option<&Isometry> {
+        match &self.structure {
+            Structure::Sheet(isometry, _) => isometry.last(),
+            Structure::Solid(_) => None,
+        }
+    }
+
     /// As [`MeshSolver::sensitivities`], with `terms`, isometry and bending: of a sheet.
     pub(crate) fn sensitivities<const N: usize>(
         &mut self,

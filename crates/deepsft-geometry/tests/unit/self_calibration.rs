@@ -90,6 +90,41 @@ fn a_sheet_that_bends_tells_the_focal_length_and_with_it_how_far_it_is() {
 }
 
 #[test]
+fn a_print_that_is_wider_than_it_was_said_to_be_does_not_lengthen_the_focal_length() {
+    let (template, camera) = (template(), training_camera());
+    let wider = Template::thin_shell(template.texture().clone(), 300.0, 208.0).unwrap();
+    let aspect = (300.0 / 297.0_f64).ln() - (208.0 / 210.0_f64).ln();
+    let errors = [0.02, 0.0].map(|aspect_deviation| {
+        let options = SelfCalibrationOptions {
+            aspect_deviation,
+            ..SelfCalibrationOptions::default()
+        };
+        let mut calibration = SelfCalibration::new(&template, options).unwrap();
+        for (k, pose) in [[0.5, 0.1], [-0.4, 0.2], [0.7, -0.1], [-0.6, 0.0], [0.25, -0.2]]
+            .into_iter()
+            .enumerate()
+        {
+            let mesh = sheet(&wider, 0.001 * k as f64, 0.2 * k as f64, pose);
+            assert!(
+                calibration
+                    .offer(&image(&wider, &mesh, &camera), &camera, &mesh)
+                    .unwrap()
+            );
+        }
+        let found = calibration.solve(20).unwrap().unwrap();
+        let off = if aspect_deviation == 0.0 {
+            found.aspect
+        } else {
+            found.aspect - aspect
+        };
+        assert!(off.abs() < 2e-3, "{found:?}");
+        (found.camera.focal().x / camera.focal().x).ln().abs()
+    });
+    // Held, as the template says it is, it is paid for by the camera.
+    assert!(errors[0] < 0.005 && errors[1] > 0.01, "{errors:?}");
+}
+
+#[test]
 fn frontal_views_of_a_flat_sheet_are_said_to_tell_nothing() {
     let (template, camera) = (template(), training_camera());
     let options = SelfCalibrationOptions {

@@ -11,8 +11,10 @@ use glam::DVec3;
 /// isometric deformation model of Shape-from-Template (Bartoli et al. 2015) on a mesh, as a cost.
 #[derive(Clone, Debug)]
 pub struct Isometry {
-    /// Vertices and rest length of each edge.
-    edges: Vec<([usize; 2], f64)>,
+    /// Vertices of each edge, and the edge at rest.
+    edges: Vec<([usize; 2], DVec3)>,
+    /// Rest length of each edge.
+    lengths: Vec<f64>,
     weight: f64,
     per_length: f64,
 }
@@ -26,11 +28,49 @@ impl Isometry {
         check_weight("isometry", weight)?;
         let v = template.vertices();
         let edges = template.edges().into_iter().filter(|[a, b]| a != b);
+        let edges: Vec<_> = edges.map(|[a, b]| ([a, b], v[a] - v[b])).collect();
         Ok(Self {
-            edges: edges.map(|[a, b]| ([a, b], v[a].distance(v[b]))).collect(),
+            lengths: edges.iter().map(|(_, edge)| edge.length()).collect(),
+            edges,
             weight,
             per_length: mean_edge_length(template)?.recip(),
         })
+    }
+
+    /// Takes the template for one whose x is longer by `aspect` / 2, and whose y is shorter by as much (ln).
+    pub(crate) fn set_aspect(&mut self, aspect: f64) {
+        let stretch = DVec3::new(0.5 * aspect, -0.5 * aspect, 0.0).exp();
+        for (length, (_, edge)) in self.lengths.iter_mut().zip(&self.edges) {
+            *length = (stretch * *edge).length();
+        }
+    }
+
+    /// As [`Energy::linearize`]: residual, weight, its derivative with respect to the aspect, and those with respect to vertices.
+    pub(crate) fn linearize_aspect(
+        &self,
+        vertices: &[DVec3],
+        mut sink: impl FnMut(f64, f64, f64, [(usize, DVec3); 2]),
+    ) {
+        for (&(ends, edge), length) in self.edges.iter().zip(&self.lengths) {
+            let along = (edge.x * edge.x - edge.y * edge.y) / edge.length_squared();
+            let (residual, gradients) = self.residual(ends, *length, vertices);
+            sink(
+                residual,
+                self.weight,
+                -0.5 * along * length * self.per_length,
+                gradients,
+            );
+        }
+    }
+
+    fn residual(&self, [a, b]: [usize; 2], rest: f64, vertices: &[DVec3]) -> (f64, [(usize, DVec3); 2]) {
+        let edge = vertices[a] - vertices[b];
+        // An edge of length zero has no direction to grow in.
+        let gradient = edge.try_normalize().unwrap_or_default() * self.per_length;
+        (
+            (edge.length() - rest) * self.per_length,
+            [(a, gradient), (b, -gradient)],
+        )
     }
 }
 
@@ -40,18 +80,15 @@ impl Energy for Isometry {
     }
 
     fn energy(&self, vertices: &[DVec3]) -> f64 {
-        let strain = |([a, b], rest): &([usize; 2], f64)| (vertices[*a].distance(vertices[*b]) - rest).powi(2);
-        self.weight * self.per_length * self.per_length * self.edges.iter().map(strain).sum::<f64>()
+        let strain = |(([a, b], _), rest): (&([usize; 2], DVec3), &f64)| vertices[*a].distance(vertices[*b]) - rest;
+        let strains = self.edges.iter().zip(&self.lengths).map(strain);
+        self.weight * self.per_length * self.per_length * strains.map(|strain| strain * strain).sum::<f64>()
     }
 
     fn linearize(&self, vertices: &[DVec3], sink: &mut dyn ResidualSink) {
-        for &([a, b], rest) in &self.edges {
-            let edge = vertices[a] - vertices[b];
-            let length = edge.length();
-            // An edge of length zero has no direction to grow in.
-            let gradient = edge.try_normalize().unwrap_or_default() * self.per_length;
-            let residual = (length - rest) * self.per_length;
-            sink.scalar(residual, self.weight, &[(a, gradient), (b, -gradient)]);
+        for (&(ends, _), length) in self.edges.iter().zip(&self.lengths) {
+            let (residual, gradients) = self.residual(ends, *length, vertices);
+            sink.scalar(residual, self.weight, &gradients);
         }
     }
 
