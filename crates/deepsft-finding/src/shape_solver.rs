@@ -207,21 +207,18 @@ impl ShapeSolver {
 }
 
 /// The rigid motion of `mesh`, begun where it has its vertices at `start`, that brings its `points` to their pixels: by orthogonal
-/// iteration (Lu, Hager and Mjolsness 2000), robustly.
+/// iteration, robustly.
 fn pose(mesh: &TriangleMesh, camera: &Camera, points: &[ImagePoint], start: &[DVec3], robust: Robust) -> RigidMotion {
     let pairs = mesh.vertices().iter().zip(start).map(|(&p, &q)| (p, q, 1.0));
     let mut pose = RigidMotion::align(pairs, RigidMotion::IDENTITY);
     for _ in 0..POSE_STEPS {
-        // Each point goes to the nearest point of its pixel's ray.
-        let moved = |point: &ImagePoint| {
+        let seen = |point: &ImagePoint| {
             let rest = point.point.position(mesh.faces(), mesh.vertices());
-            let here = pose.apply(rest);
-            let ray = camera.unproject(point.pixel, 1.0).normalize();
-            let off = (camera.project(here)? - point.pixel).length_squared();
-            Some((rest, ray * ray.dot(here), robust.weight(off)))
+            let off = (camera.project(pose.apply(rest))? - point.pixel).length_squared();
+            Some((rest, camera.unproject(point.pixel, 1.0), robust.weight(off)))
         };
-        let moved: Vec<_> = points.iter().filter_map(moved).collect();
-        pose = RigidMotion::align(moved.into_iter(), pose);
+        let seen: Vec<_> = points.iter().filter_map(seen).collect();
+        pose = pose.towards_rays(seen.into_iter());
     }
     pose
 }

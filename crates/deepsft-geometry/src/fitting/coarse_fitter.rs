@@ -125,6 +125,21 @@ impl CoarseFitter {
         }))
     }
 
+    /// From a mesh, in place of where `from` has it: such a place has one try.
+    pub(crate) fn moved_start<'a>(
+        &self,
+        from: &CoarseStart<'a>,
+        vertices: Vec<DVec3>,
+        camera: &Camera,
+    ) -> CoarseStart<'a> {
+        CoarseStart {
+            measured: measurements_of_mesh(&self.mesh_fitter.coarse().mesh, &vertices, camera),
+            mesh: Some(vertices),
+            mask: from.mask,
+            is_moved: true,
+        }
+    }
+
     /// The coarse mesh where the measurements of `from` are, without the image.
     pub(crate) fn initial_mesh(
         &mut self,

@@ -9,6 +9,7 @@ use super::mesh_fitter::{FitRound, Resolution};
 use super::mode_hops::{MIN_PROMISING, best_of_mode_hops};
 use super::observation::Observation;
 use super::options::FitOptions;
+use super::reversed_pose::reversed_pose;
 use super::self_similarity::{SelfSimilarity, is_alike_in_detail, self_similarities};
 use super::start::Start;
 use crate::camera::Camera;
@@ -86,6 +87,17 @@ impl FrameFitter {
             .map_or((None, &[][..]), |(last, first)| (Some(*last), first));
         let first = if first.is_empty() { &blurs } else { first };
         let mut found = self.coarse.fit(observation, &from, first)?;
+        let template = &self.coarse.mesh_fitter.template;
+        // A solid whose matches lie on one side has two poses, and matches hardly tell which.
+        if !template.is_sheet()
+            && let Some(reversed) = reversed_pose(template.mesh(), &found.vertices, &found.correlation.confidence)
+        {
+            let other_from = self.coarse.moved_start(&from, reversed, camera);
+            let other = self.coarse.fit(observation, &other_from, first)?;
+            if other.correlation.significance() > found.correlation.significance() {
+                (found, from) = (other, other_from);
+            }
+        }
         let mut ambiguity = None;
         if is_whole {
             let similar = self.self_similarities();

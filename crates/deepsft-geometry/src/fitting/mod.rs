@@ -32,6 +32,7 @@ mod mode_hops;
 pub(crate) mod observation;
 mod options;
 mod print;
+mod reversed_pose;
 mod rigid_fit;
 mod self_similarity;
 mod start;

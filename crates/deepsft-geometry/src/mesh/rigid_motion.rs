@@ -24,6 +24,13 @@ impl RigidMotion {
         self.rotation * p + self.translation
     }
 
+    /// One step of orthogonal iteration (Lu, Hager and Mjolsness 2000) towards the motion that brings points onto the rays in which a camera
+    /// sees them: each is to go to the nearest point of its ray. `points` are (point, a place on its ray before the camera, weight).
+    pub fn towards_rays(self, points: impl Iterator<Item = (DVec3, DVec3, f64)> + Clone) -> Self {
+        let nearest = |(p, on_ray, weight): (DVec3, DVec3, f64)| (p, self.apply(p).project_onto(on_ray), weight);
+        Self::align(points.map(nearest), self)
+    }
+
     /// Aligns the sources with the targets by weighted least squares, without scale (Kabsch 1976, Umeyama 1991).
     /// `pairs` are (source, target, weight), weights not negative. What the points leave open is taken from `guess`:
     /// with points on one line the turn about it, with one point the whole rotation, with none everything.

@@ -131,6 +131,23 @@ fn a_box_that_is_not_bent_keeps_its_shape_and_a_bent_one_does_not() {
 }
 
 #[test]
+fn a_box_that_was_matched_tilted_the_other_way_is_turned_round() {
+    let scene = Scene::new();
+    for (turn, distance) in [(0.2, 450.0), (0.3, 300.0)] {
+        let away = DVec3::new(20.0, -10.0, distance);
+        let truth = scene.vertices(1e6, [turn, 0.1], away);
+        // The side before the camera looks almost the same, and another one is beside it.
+        let start = Start::Mesh(scene.vertices(1e6, [-turn, -0.1], away));
+        let image = scene.picture(&scene.maps(&truth));
+        let mut fitter = FrameFitter::new(&scene.template, FitOptions::default()).unwrap();
+        let found = fitter.fit(&image, &scene.camera, &start).unwrap().unwrap();
+        let off = found.vertices_camera.iter().zip(&truth).map(|(a, b)| a.distance(*b));
+        let farthest = off.fold(0.0, f64::max);
+        assert!(farthest < 8.0, "turned by {turn}: {farthest} mm off");
+    }
+}
+
+#[test]
 fn a_box_is_followed_while_its_sides_come_into_view_and_leave_and_bends_once_the_image_tells_so() {
     let scene = Scene::new();
     let mut tracker = Tracker::new(&scene.template, TrackingOptions::default()).unwrap();
