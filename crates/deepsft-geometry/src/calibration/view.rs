@@ -39,52 +39,45 @@ pub(super) struct View {
     pub(super) energy: f64,
 }
 
-/// The normal equations of the parameters after the mesh has been eliminated (the Schur complement).
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Reduced {
-    hessian: [[f64; PARAMETERS]; PARAMETERS],
-    gradient: [f64; PARAMETERS],
-}
+/// The normal equations of the parameters after the mesh has been eliminated (the Schur complement): rows of the Hessian, each with the
+/// gradient at its end.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Reduced([[f64; PARAMETERS + 1]; PARAMETERS]);
 
 impl Reduced {
     /// Nothing is known.
-    const NOTHING: Self = Self {
-        hessian: [[0.0; PARAMETERS]; PARAMETERS],
-        gradient: [0.0; PARAMETERS],
-    };
+    const NOTHING: Self = Self([[0.0; PARAMETERS + 1]; PARAMETERS]);
 
     /// Each parameter is known with an `information`, and is `off` from what is known.
     pub(super) fn prior(information: [f64; PARAMETERS], off: [f64; PARAMETERS]) -> Self {
         let mut prior = Self::NOTHING;
-        for k in 0..PARAMETERS {
-            prior.hessian[k][k] = information[k];
-            prior.gradient[k] = information[k] * off[k];
+        for (k, row) in prior.0.iter_mut().enumerate() {
+            (row[k], row[PARAMETERS]) = (information[k], information[k] * off[k]);
         }
         prior
     }
 
     pub(super) fn add(&mut self, other: &Self) {
-        for k in 0..PARAMETERS {
-            self.gradient[k] += other.gradient[k];
-            for l in 0..PARAMETERS {
-                self.hessian[k][l] += other.hessian[k][l];
-            }
-        }
+        let entries = self.0.as_flattened_mut().iter_mut();
+        entries
+            .zip(other.0.as_flattened())
+            .for_each(|(sum, entry)| *sum += entry);
     }
 
     /// The step of all parameters to the minimum, and the covariances of the camera's four. The aspect is known beforehand, so that it
     /// can be eliminated.
     pub(super) fn solve(&self) -> ([f64; PARAMETERS], DMat4) {
-        let [x, y, z, w, aspect] = self.hessian;
-        let of_camera = |row: [f64; PARAMETERS]| DVec4::new(row[0], row[1], row[2], row[3]);
-        let (coupling, own) = (of_camera(aspect), aspect[ASPECT]);
-        let eliminated = |row, k: usize| of_camera(row) - coupling * (coupling[k] / own);
-        let hessian = DMat4::from_cols(eliminated(x, 0), eliminated(y, 1), eliminated(z, 2), eliminated(w, 3));
-        let gradient = of_camera(self.gradient) - coupling * (self.gradient[ASPECT] / own);
-        let covariance = hessian.inverse();
+        let aspect = self.0[ASPECT];
+        let eliminated = self.0.map(|row| {
+            let fraction = row[ASPECT] / aspect[ASPECT];
+            std::array::from_fn::<_, { PARAMETERS + 1 }, _>(|l| row[l] - fraction * aspect[l])
+        });
+        let [x, y, z, w] = [0, 1, 2, 3].map(|k| DVec4::from_slice(&eliminated[k]));
+        let gradient = DVec4::from_array([0, 1, 2, 3].map(|k| eliminated[k][PARAMETERS]));
+        let covariance = DMat4::from_cols(x, y, z, w).inverse();
         let camera = -(covariance * gradient);
-        let aspect = -(self.gradient[ASPECT] + coupling.dot(camera)) / own;
-        ([camera.x, camera.y, camera.z, camera.w, aspect], covariance)
+        let stretch = -(aspect[PARAMETERS] + DVec4::from_slice(&aspect).dot(camera)) / aspect[ASPECT];
+        ([camera.x, camera.y, camera.z, camera.w, stretch], covariance)
     }
 }
 
@@ -109,7 +102,7 @@ impl View {
 
     /// Information on ln f in this view and the `prior`; without end before it was fitted.
     pub(super) fn information(&self, mut prior: Reduced) -> f64 {
-        if self.reduced.hessian == Reduced::NOTHING.hessian {
+        if self.reduced == Reduced::NOTHING {
             return f64::INFINITY;
         }
         prior.add(&self.reduced);
@@ -149,9 +142,9 @@ impl View {
         if let Some((coupling, mut reduced, (sensitivities, step))) = linearized {
             let dot = |a: &[DVec3], b: &[DVec3]| a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum::<f64>();
             for (k, coupling) in coupling.iter().enumerate() {
-                reduced.gradient[k] += dot(coupling, &step);
+                reduced.0[k][PARAMETERS] += dot(coupling, &step);
                 for (l, sensitivity) in sensitivities.iter().enumerate() {
-                    reduced.hessian[l][k] -= dot(coupling, sensitivity);
+                    reduced.0[l][k] -= dot(coupling, sensitivity);
                 }
             }
             self.reduced = reduced;
@@ -183,9 +176,9 @@ fn linearized(
     term.linearize_pixels(vertices, |at| {
         let gradient = pixel_gradients(camera, at.p_camera).map(|pixel| pixel.dot(at.pixel_gradient));
         for (k, column) in coupling[..ASPECT].iter_mut().enumerate() {
-            own.gradient[k] += at.weight * at.residual * gradient[k];
+            own.0[k][PARAMETERS] += at.weight * at.residual * gradient[k];
             for (l, other) in gradient.iter().enumerate() {
-                own.hessian[k][l] += at.weight * gradient[k] * other;
+                own.0[k][l] += at.weight * gradient[k] * other;
             }
             for (vertex, vertex_gradient) in at.vertex_gradients {
                 column[vertex] += at.weight * gradient[k] * vertex_gradient;
@@ -193,8 +186,8 @@ fn linearized(
         }
     });
     isometry.linearize_aspect(vertices, |residual, weight, derivative, vertex_gradients| {
-        own.gradient[ASPECT] += weight * residual * derivative;
-        own.hessian[ASPECT][ASPECT] += weight * derivative * derivative;
+        own.0[ASPECT][PARAMETERS] += weight * residual * derivative;
+        own.0[ASPECT][ASPECT] += weight * derivative * derivative;
         for (vertex, vertex_gradient) in vertex_gradients {
             coupling[ASPECT][vertex] += weight * derivative * vertex_gradient;
         }

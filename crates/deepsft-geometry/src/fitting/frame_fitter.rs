@@ -179,12 +179,7 @@ impl FrameFitter {
                 .verdict
                 .ambiguity
                 .filter(|_| is_tried || self.is_alike_in_detail());
-            surface.vertices_camera = fitted.vertices;
-            surface.verdict = fitted.correlation.verdict(ambiguity);
-            surface.confidence = fitted.correlation.confidence;
-            if !surface.is_hidden.is_empty() {
-                surface.is_hidden = fitted.correlation.is_hidden;
-            }
+            fitted.replace(&mut surface, ambiguity);
         }
         // Of a solid no deviation is stated: how often they would hold has not been measured.
         let Some(canonical) = canonical else {

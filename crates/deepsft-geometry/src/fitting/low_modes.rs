@@ -88,12 +88,7 @@ pub(super) fn likeliest_shape(
             ..round(last_blur)
         };
         let fitted = fitter.round(observation, &fitter.fine_vertices(&best.vertices), &fine, &[])?;
-        surface.vertices_camera = fitted.vertices;
-        surface.verdict = fitted.correlation.verdict(surface.verdict.ambiguity);
-        surface.confidence = fitted.correlation.confidence;
-        if !surface.is_hidden.is_empty() {
-            surface.is_hidden = fitted.correlation.is_hidden;
-        }
+        fitted.replace(surface, surface.verdict.ambiguity);
     }
     Ok(())
 }

@@ -14,6 +14,7 @@ use crate::maps::Maps;
 use crate::maps::raster::VisibleSurface;
 use crate::mesh::{RigidMotion, Template, TriangleMesh};
 use crate::solver::{Energy, PhotoConsistency, Robust, TexturePoint};
+use crate::surface::Surface;
 use glam::DVec3;
 
 /// Least width of the window in which mean and contrast are taken, pixels of the canonical image.
@@ -146,6 +147,16 @@ impl Fitted {
             iterations: 0,
             energy: f64::INFINITY,
             is_rigid: false,
+        }
+    }
+
+    /// Makes `surface` this mesh, with what the image says of it; `ambiguity` as in [`Verdict`](crate::Verdict).
+    pub(crate) fn replace(self, surface: &mut Surface, ambiguity: Option<f64>) {
+        surface.vertices_camera = self.vertices;
+        surface.verdict = self.correlation.verdict(ambiguity);
+        surface.confidence = self.correlation.confidence;
+        if !surface.is_hidden.is_empty() {
+            surface.is_hidden = self.correlation.is_hidden;
         }
     }
 

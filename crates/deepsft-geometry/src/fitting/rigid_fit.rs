@@ -39,9 +39,14 @@ pub(crate) fn rigid_fit(
         };
         robust.sum(points.iter().map(square))
     };
+    let outer = |a: DVec3, b: DVec3| DMat3::from_cols(a * b.x, a * b.y, a * b.z);
+    let damped = |m: DMat3| m + DMat3::from_diagonal(DAMPING * DVec3::new(m.x_axis.x, m.y_axis.y, m.z_axis.z));
     let mut here = cost(rotation, translation);
     for _ in 0..steps {
-        let (mut matrix, mut vector) = ([[0.0; 6]; 6], [0.0; 6]);
+        // Normal equations of the shift and the turn. Not solved by faer: its order of sums goes by the processor's vectors, and tracking
+        // then differs between browser and native program by half a millimetre instead of a third.
+        let (mut shifts, mut mixed, mut turns) = (DMat3::ZERO, DMat3::ZERO, DMat3::ZERO);
+        let (mut pull, mut torque) = (DVec3::ZERO, DVec3::ZERO);
         let turned = DMat3::from_quat(rotation);
         for &(p, printed) in points {
             let position = place(turned, translation, p);
@@ -55,19 +60,21 @@ pub(crate) fn rigid_fit(
             let weight = robust.weight(residual * residual);
             let gradient = slope.x * dx + slope.y * dy;
             let turn = (position - centre - translation).cross(gradient) / length;
-            let row = [gradient.x, gradient.y, gradient.z, turn.x, turn.y, turn.z];
-            for i in 0..6 {
-                vector[i] -= weight * residual * row[i];
-                for j in 0..=i {
-                    matrix[i][j] += weight * row[i] * row[j];
-                }
-            }
+            shifts += outer(weight * gradient, gradient);
+            mixed += outer(weight * turn, gradient);
+            turns += outer(weight * turn, turn);
+            pull -= weight * residual * gradient;
+            torque -= weight * residual * turn;
         }
-        let Some(step) = solve(matrix, vector) else {
+        // The shift is eliminated (the Schur complement).
+        let shift_of = damped(shifts).inverse();
+        let turning = damped(turns) - mixed * shift_of * mixed.transpose();
+        let turn = turning.inverse() * (torque - mixed * (shift_of * pull));
+        let shift = shift_of * (pull - mixed.transpose() * turn);
+        if !(turn.is_finite() && shift.is_finite()) {
             break;
-        };
-        let shift = DVec3::new(step[0], step[1], step[2]);
-        let turn = DVec3::new(step[3], step[4], step[5]) / length;
+        }
+        let turn = turn / length;
         let excess = (turn.length() / LONGEST_STEP)
             .max(shift.length() / (LONGEST_STEP * centre.z))
             .max(1.0);
@@ -86,38 +93,6 @@ pub(crate) fn rigid_fit(
         }
     }
     move |p| DMat3::from_quat(rotation) * (p - centre) + centre + translation
-}
-
-/// Solves the damped symmetric system whose lower triangle is `matrix` by Cholesky; `None` when it is singular.
-///
-/// Not faer's: its order of sums goes by the processor's vectors, and tracking then differs between browser and native
-/// program by half a millimetre instead of a third.
-fn solve(mut matrix: [[f64; 6]; 6], vector: [f64; 6]) -> Option<[f64; 6]> {
-    for i in 0..6 {
-        matrix[i][i] *= 1.0 + DAMPING;
-        for j in 0..=i {
-            let done: f64 = (0..j).map(|k| matrix[i][k] * matrix[j][k]).sum();
-            let rest = matrix[i][j] - done;
-            if i == j {
-                if rest.partial_cmp(&0.0) != Some(Ordering::Greater) {
-                    return None;
-                }
-                matrix[i][i] = rest.sqrt();
-            } else {
-                matrix[i][j] = rest / matrix[j][j];
-            }
-        }
-    }
-    let mut x = vector;
-    for i in 0..6 {
-        let done: f64 = (0..i).map(|k| matrix[i][k] * x[k]).sum();
-        x[i] = (x[i] - done) / matrix[i][i];
-    }
-    for i in (0..6).rev() {
-        let done: f64 = (i + 1..6).map(|k| matrix[k][i] * x[k]).sum();
-        x[i] = (x[i] - done) / matrix[i][i];
-    }
-    Some(x)
 }
 
 #[cfg(test)]

@@ -222,11 +222,6 @@ impl Evaluation {
         Ok(rows)
     }
 
-    /// Mean and median of a metric over the frames that show the template and have it.
-    pub fn summary_of(&self, metric: impl Fn(&FrameMetrics) -> Option<f64>) -> Option<Summary> {
-        Summary::of(self.shown().map(|f| metric(&f.metrics)))
-    }
-
     /// The metrics of the set.
     pub fn summary(&self) -> EvaluationSummary {
         let fraction = |of: usize, among: usize| (among > 0).then(|| of as f64 / among as f64);
