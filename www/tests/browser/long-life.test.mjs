@@ -75,8 +75,15 @@ function assertHoldsNoMore(now, before, when) {
 test("a page follows on after its tab was hidden, its camera turned, its permission withdrawn and its workers crashed, and holds no more", { timeout: SLOW_MS }, (t) =>
   onPage("/?device=cpu", async (page) => {
     await page.start();
-    const { frames } = await page.until(({ frames }) => frames >= SETTLED_FRAMES);
-    const settled = await page.footprint();
+    let { frames } = await page.until(({ frames }) => frames >= SETTLED_FRAMES);
+    let settled = await page.footprint();
+    // On a slow machine the sheet tells the camera only later, and that takes memory once; a leak goes on.
+    for (let grown = true, times = 0; grown && times < 2; times++) {
+      ({ frames } = await page.until((now) => now.frames >= frames + FRAMES));
+      const now = await page.footprint();
+      grown = now.tracker.wasmBytes > settled.tracker.wasmBytes;
+      if (grown) settled = now;
+    }
     await page.until((now) => now.frames >= frames + FRAMES);
     assertHoldsNoMore(await page.footprint(), settled, "after more frames");
 

@@ -35,6 +35,7 @@ const DONE_WITHOUT = {
   ".featurePolicy": "read if there; else a policy's refusal counts as the person's",
   ".allowsFeature": "of featurePolicy",
   ".createPolicy": "of Trusted Types, where a page may require it",
+  "Symbol.dispose": "without it the method has a name that nobody calls; close() does the same",
   "Navigator.wakeLock": "called if there; else the screen goes off",
   ".released": "of a wake lock",
   "Navigator.canShare": "called if there; else the file is a download",
