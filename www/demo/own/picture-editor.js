@@ -239,7 +239,7 @@ export class PictureEditor {
   #finish(use) {
     if (!this.#picture) return;
     const [widthMm, heightMm] = [this.#widthMm, this.#widthMm / this.#aspect];
-    if (!(widthMm > 0)) return this.#refuse("How wide is the print? Choose a size, or measure it. If you cannot, say that you don’t know.");
+    if (!(widthMm > 0)) return this.#refuse("How wide is the print? Choose a size, or measure it. If you cannot, choose “Unknown”.");
     if (![widthMm, heightMm].every(isUsableLength))
       return this.#refuse(`Prints of ${MIN_MM} mm to ${MAX_MM / 1000} m a side can be followed.`);
     const canvas = canvasOf(1, 1);
