@@ -10,6 +10,8 @@ import { MAX_PICTURE_LENGTH, canvasOf, contextOf, turned } from "./read-picture.
 /** @import { Unit, UsualSize } from "./print-size.js" */
 /** @import { OpenedPicture } from "./read-picture.js" */
 
+/** @typedef {UsualSize | "own" | "unknown"} SizeChoice */
+
 /**
  * A flat picture with its size.
  *
@@ -23,8 +25,6 @@ import { MAX_PICTURE_LENGTH, canvasOf, contextOf, turned } from "./read-picture.
 
 /** Longest side of the small flat picture beside the size, CSS pixels. */
 const PREVIEW_LENGTH = 220;
-/** @typedef {UsualSize | "own" | "unknown"} SizeChoice */
-
 /** What a print of unknown size is taken for, as far as it fits. @type {UsualSize} */
 const MADE_UP = "a4";
 const UNIT_KEY = "deepsft/unit";

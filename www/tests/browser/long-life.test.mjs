@@ -77,7 +77,7 @@ test("a page follows on after its tab was hidden, its camera turned, its permiss
     await page.start();
     let { frames } = await page.until(({ frames }) => frames >= SETTLED_FRAMES);
     let settled = await page.footprint();
-    // On a slow machine the sheet tells the camera only later, and that takes memory once; a leak goes on.
+    // On a slow machine some memory, such as that for the views of the camera, is taken only later, and once; a leak goes on.
     for (let grown = true, times = 0; grown && times < 2; times++) {
       ({ frames } = await page.until((now) => now.frames >= frames + FRAMES));
       const now = await page.footprint();
