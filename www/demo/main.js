@@ -1,29 +1,24 @@
 // The demo page: a start screen, the person's own picture, the live view, and what to say when something is in the way.
 
 import { CameraSwitch } from "./live/camera-switch.js";
-import { Hero } from "./graphics/hero.js";
+import { prefersStillness } from "./graphics/animation.js";
 import { Hud } from "./live/hud.js";
 import { KeepAwake } from "./live/keep-awake.js";
-import { Live } from "./live/live.js";
 import { MeasuresPanel } from "./live/measures.js";
 import { ShotButtons } from "./live/shot-buttons.js";
 import { messageFor } from "./messages.js";
-import { NoWebGl } from "./graphics/gl.js";
-import { Orbit } from "./graphics/orbit.js";
 import { workOffline } from "./offline/offline.js";
 import { OwnPicture, scanAmong } from "./own/own-picture.js";
-import { PlainStage } from "./stage/plain-stage.js";
 import { check } from "./radio-group.js";
 import { cameraSource, clipSource } from "./sources.js";
-import { Stage } from "./stage/stage.js";
 import { Subjects } from "./subjects.js";
 
 /** @import { CameraStream, LoadProgress } from "deepsft" */
 /** @import { Remedy } from "./messages.js" */
 /** @import { VideoSource } from "./sources.js" */
-/** @import { Overlay } from "./stage/stage.js" */
-/** @import { Paper } from "./graphics/papers.js" */
-/** @import { ObjectName } from "./objects/objects.js" */
+/** @import { Orbit } from "./graphics/orbit.js" */
+/** @import { Live } from "./live/live.js" */
+/** @import { Choice, Overlay } from "./live/overlays.js" */
 
 /** @type {Record<Remedy, string>} */
 const REMEDY_WORDS = {
@@ -36,7 +31,6 @@ const REMEDY_WORDS = {
   edit: "Change this one",
   scan: "Choose another scan",
 };
-const NO_WEBGL = "This browser offers no WebGL 2, so the mesh is drawn plainly (webgl-unavailable).";
 /** What the arrow keys move the object by, of the print's sides. @type {Readonly<Record<string, [number, number]>>} */
 const OBJECT_STEPS = { ArrowLeft: [-0.04, 0], ArrowRight: [0.04, 0], ArrowUp: [0, -0.04], ArrowDown: [0, 0.04] };
 const TITLES = { start: document.title, own: "Your own picture – DeepSfT", live: "Live – DeepSfT" };
@@ -61,6 +55,7 @@ function byId(id, kind) {
 const view = {
   live: byId("live", HTMLDivElement),
   own: byId("own", HTMLDivElement),
+  hero: byId("hero", HTMLVideoElement),
   video: byId("video", HTMLVideoElement),
   loading: byId("loading", HTMLElement),
   loadingText: byId("loading-text", HTMLSpanElement),
@@ -71,18 +66,17 @@ const view = {
   scale: byId("scale", HTMLDivElement),
   papers: byId("papers", HTMLDivElement),
   objects: byId("objects", HTMLDivElement),
-  stage: byId("stage", HTMLCanvasElement),
+  stage: byId("stage", HTMLDivElement),
   overlays: byId("overlays", HTMLDivElement),
   forget: byId("forget", HTMLButtonElement),
   hudToggle: byId("hud-toggle", HTMLButtonElement),
   imageFile: byId("image-file", HTMLInputElement),
 };
 
-const hero = new Hero(byId("hero", HTMLCanvasElement));
 const hud = new Hud();
 const takeNewVersion = workOffline();
 const measures = new MeasuresPanel(byId("measures", HTMLParagraphElement), byId("measures-said", HTMLParagraphElement));
-const shots = new ShotButtons(byId("shots", HTMLDivElement), () => (live.draw(), scene()), (error) =>
+const shots = new ShotButtons(byId("shots", HTMLDivElement), () => live?.view ?? null, (error) =>
   say(`This could not be kept: ${error instanceof Error ? error.message : error}`),
 );
 const cameras = new CameraSwitch(
@@ -91,12 +85,10 @@ const cameras = new CameraSwitch(
   (error, name) => say(`${name} does not open. ${error instanceof Error ? error.message : error}`),
 );
 const awake = new KeepAwake();
-/** @type {Stage | PlainStage} */
-let stage;
-/** @type {Live} */
-let live;
-/** The sheet from the side, where it can be drawn. @type {Orbit | null} */
-let orbit = null;
+/** @type {Live | null} */
+let live = null;
+/** What is drawn over the picture. @type {Choice} */
+const choice = { overlay: "paper", paper: "aurora", object: "house" };
 const subjects = new Subjects(showProgress, () => showWaiting("Learning your picture"));
 /** @type {VideoSource | null} */
 let source = null;
@@ -123,7 +115,6 @@ const own = new OwnPicture(view.own, {
   },
   readScan: (files) => subjects.readScan(files),
   fail: (error) => showMessage(error, () => own.retry()),
-  remembered: (picture) => hero.setPicture(picture),
 });
 
 /** @param {"start" | "own" | "live"} name */
@@ -134,8 +125,8 @@ function showView(name) {
   view.own.hidden = name !== "own";
   document.title = TITLES[name];
   if (name !== "own") own.close();
-  if (name === "start") hero.start();
-  else hero.stop();
+  if (name === "start" && !prefersStillness()) view.hero.play().catch(() => undefined);
+  else view.hero.pause();
   takeNewVersion();
   if (name !== "start" && history.state) history.replaceState(history.state, "", addressOf(name));
   if (before === undefined || before === name) return;
@@ -198,7 +189,6 @@ function showWaiting(words) {
 async function readySubject(signal) {
   const subject = await subjects.ready();
   signal.throwIfAborted();
-  live.use(subject);
   const { fallback } = subject.sft.info;
   const { grade } = /** @type {Graded} */ (subject.target);
   // Pictures need no GPU: what runs without one then is nothing to speak of.
@@ -207,9 +197,9 @@ async function readySubject(signal) {
   return subject;
 }
 
-/** @param {string[]} sentences shown over the picture until closed, with what is missing to draw */
+/** @param {string[]} sentences shown over the picture until closed */
 function say(...sentences) {
-  const words = (stage instanceof PlainStage ? [...sentences, NO_WEBGL] : sentences).join(" ");
+  const words = sentences.join(" ");
   view.notice.hidden = words === "";
   byId("notice-text", HTMLSpanElement).textContent = words;
 }
@@ -230,64 +220,38 @@ async function enterLive(kind, run) {
   view.loadingText.textContent = kind === "camera" ? "Asking for the camera" : "Starting";
   view.live.dataset.source = kind;
   view.live.dataset.subject = subjects.kind;
-  if (subjects.kind === "picture" && stage?.overlay === "mask") chooseOverlay("paper");
   hud.reset();
   showView("live");
   try {
-    stage ??= createStage();
-    live ??= createLive();
-    measureControls();
     await run(signal);
   } catch (error) {
     if (!signal.aborted) showMessage(error);
   }
 }
 
-/** What pictures and recordings show. */
-function scene() {
-  return { area: view.live, canvases: [...view.live.querySelectorAll("canvas")].filter(({ id }) => id !== "orbit") };
-}
-
-function createStage() {
-  const canvases = /** @type {const} */ ([view.stage, byId("below", HTMLDivElement)]);
-  return orWithoutWebGl(() => new Stage(...canvases, hero.software)) ?? new PlainStage(...canvases);
-}
-
-function createOrbit() {
-  const canvas = byId("orbit", HTMLCanvasElement);
-  orbit?.stop();
-  orbit = orWithoutWebGl(() => new Orbit(canvas, stage.software));
-  canvas.hidden = orbit === null;
-  return orbit;
-}
-
-/**
- * @template T
- * @param {() => T} make
- * @returns {T | null} null where the browser offers no WebGL 2
- */
-function orWithoutWebGl(make) {
-  try {
-    return make();
-  } catch (error) {
-    if (error instanceof NoWebGl) return null;
-    throw error;
-  }
-}
-
-function createLive() {
-  const created = new Live(stage, hud, createOrbit(), byId("region", HTMLDivElement));
+/** The live view. It is fetched, with three.js, when it is first wanted. */
+async function liveView() {
+  if (live) return live;
+  const [{ Live }, orbit] = await Promise.all([import("./live/live.js"), createOrbit()]);
+  if (live) return live;
+  live = new Live(view.stage, hud, orbit, byId("region", HTMLDivElement), choice);
   const shown = () => (view.loading.hidden = source?.stream?.interrupted !== true);
-  created.onEstimate = shown;
-  created.onDraw = () => shots.add(scene);
-  created.onMesh = (mesh, camera, atOnce = false) => measures.show(mesh, camera, atOnce, subjects.tells);
-  created.onFrame = () => subjects.kind === "picture" && shown();
-  for (const button of view.overlays.querySelectorAll("button"))
-    button.hidden = !stage.overlays.includes(/** @type {Overlay} */ (button.dataset.overlay));
-  chooseOverlay(stage.overlay);
-  choosePaper(stage.paper);
-  chooseObject(stage.object);
-  return created;
+  live.onEstimate = shown;
+  live.onMesh = (mesh, camera, atOnce) => measures.show(mesh, camera, atOnce, subjects.tells);
+  live.onFrame = () => subjects.kind === "picture" && shown();
+  return live;
+}
+
+/** The sheet from the side. @returns {Promise<Orbit | null>} null where the browser offers no WebGL 2 */
+async function createOrbit() {
+  const { Orbit } = await import("./graphics/orbit.js");
+  const canvas = byId("orbit", HTMLCanvasElement);
+  try {
+    return new Orbit(canvas);
+  } catch {
+    canvas.hidden = true;
+    return null;
+  }
 }
 
 /**
@@ -299,6 +263,8 @@ function startVideo(kind, open) {
     // Side by side: the model loads while the person answers the camera's question.
     const subject = readySubject(signal);
     subject.catch(() => undefined);
+    const viewing = liveView();
+    viewing.catch(() => undefined);
     const opened = await open(view.video, signal);
     signal.throwIfAborted();
     source = opened;
@@ -306,10 +272,12 @@ function startVideo(kind, open) {
     void cameras.use(opened.stream);
     awake.keep(true);
     if (opened.stream?.error) throw opened.stream.error;
-    await subject;
+    const ready = await subject;
     signal.throwIfAborted();
     showWaiting("Looking at the first frame");
-    await live.follow(view.video, opened);
+    const shown = await viewing;
+    signal.throwIfAborted();
+    await shown.follow(ready, view.video, opened, signal);
   });
 }
 
@@ -339,53 +307,19 @@ function startClip() {
 /** @param {Blob} image */
 function startImage(image) {
   void enterLive("image", async (signal) => {
-    await readySubject(signal);
+    const ready = await readySubject(signal);
     showWaiting("Looking at the image");
-    await live.show(image, () => !signal.aborted);
+    await (await liveView()).show(ready, image, signal);
   });
 }
 
 function leaveLive() {
-  leaving.abort();
   shots.stop();
+  leaving.abort();
   measures.reset();
   void cameras.use(null);
   awake.keep(false);
   source = null;
-  live?.stop();
-}
-
-/**
- * Browsers take graphics contexts away, from pages in the background above all, and give them back later, empty: then
- * what was shown starts again.
- *
- * @param {HTMLCanvasElement[]} canvases that the live view draws on
- */
-function restoreContexts(canvases) {
-  const nothing = () => undefined;
-  /** @type {() => void} */
-  let resume = nothing;
-  for (const canvas of canvases) {
-    canvas.addEventListener("webglcontextlost", (event) => {
-      // Without this the context would not come back.
-      event.preventDefault();
-      if (view.live.hidden || !view.message.hidden) return;
-      resume = retry;
-      leaveLive();
-      view.loadingText.textContent = "Waiting for the graphics processor";
-      view.loading.hidden = false;
-    });
-    canvas.addEventListener("webglcontextrestored", () => {
-      if (canvases.some((other) => other.getContext("webgl2")?.isContextLost())) return;
-      const { overlay, paper, object } = stage;
-      stage = createStage();
-      [stage.overlay, stage.paper, stage.object] = [overlay, paper, object];
-      live = createLive();
-      // The start screen has none of it.
-      if (resume !== nothing) resume();
-      resume = nothing;
-    });
-  }
 }
 
 /**
@@ -430,7 +364,7 @@ function applyRemedy(remedy) {
 
 /** @param {Overlay} overlay */
 function chooseOverlay(overlay) {
-  stage.overlay = overlay;
+  choice.overlay = overlay;
   check(view.overlays, "overlay", overlay);
   view.papers.hidden = overlay !== "paper";
   view.objects.hidden = overlay !== "object";
@@ -439,28 +373,17 @@ function chooseOverlay(overlay) {
   view.stage.setAttribute("aria-label", overlay === "object" ? `${STAGE_WORDS}; tap the sheet, or press the arrow keys, to move the object` : STAGE_WORDS);
   view.scale.hidden = overlay !== "depth";
   view.live.dataset.overlay = overlay;
-  live?.redraw();
+  live?.refresh();
 }
 
-/** @param {Paper} paper */
-function choosePaper(paper) {
-  stage.paper = paper;
-  check(view.papers, "paper", paper);
-  live?.redraw();
-}
-
-/** @param {ObjectName} object */
-function chooseObject(object) {
-  stage.object = object;
-  check(view.objects, "object", object);
-  live?.redraw();
-}
-
-/** Tells the stage what of it the controls cover. */
-function measureControls() {
-  const top = document.querySelector("#live .bar")?.getBoundingClientRect().bottom ?? 0;
-  const bottom = innerHeight - view.overlays.getBoundingClientRect().top;
-  stage?.setCovered(top, bottom);
+/**
+ * @param {"paper" | "object"} kind
+ * @param {string} name
+ */
+function choose(kind, name) {
+  Object.assign(choice, { [kind]: name });
+  check(kind === "paper" ? view.papers : view.objects, kind, name);
+  live?.refresh();
 }
 
 /** @param {boolean} open */
@@ -504,7 +427,7 @@ view.overlays.addEventListener("click", ({ target }) => {
 });
 view.papers.addEventListener("click", ({ target }) => {
   const paper = target instanceof HTMLElement && target.closest("button")?.dataset.paper;
-  if (paper) choosePaper(/** @type {Paper} */ (paper));
+  if (paper) choose("paper", paper);
 });
 view.hudToggle.addEventListener("click", () => openHud(view.hudToggle.getAttribute("aria-expanded") !== "true"));
 view.forget.addEventListener("click", () => {
@@ -513,26 +436,15 @@ view.forget.addEventListener("click", () => {
 });
 view.objects.addEventListener("click", ({ target }) => {
   const object = target instanceof HTMLElement && target.closest("button")?.dataset.object;
-  if (object) chooseObject(/** @type {ObjectName} */ (object));
+  if (object) choose("object", object);
 });
-// The stage's canvas may be as small as the sheet: the page below it is tapped as well.
-view.live.addEventListener("click", ({ target, clientX, clientY }) => {
-  if (stage?.overlay !== "object" || !(target instanceof HTMLElement) || !(target === view.live || target instanceof HTMLCanvasElement)) return;
-  stage.placeObjectAt(clientX, clientY);
-  live.redraw();
-});
+view.stage.addEventListener("click", ({ clientX, clientY }) => live?.placeObjectAt(clientX, clientY));
 view.stage.addEventListener("keydown", (event) => {
   const step = OBJECT_STEPS[event.key];
-  if (!step || stage.overlay !== "object") return;
+  if (!step || choice.overlay !== "object") return;
   event.preventDefault();
-  stage.moveObject(...step);
-  live.redraw();
+  live?.moveObject(...step);
 });
-// Told once the page is laid out: when a phone is turned the window tells earlier.
-new ResizeObserver(() => {
-  measureControls();
-  live?.redraw();
-}).observe(view.live);
 addEventListener("dragover", (event) => event.preventDefault());
 addEventListener("drop", (event) => {
   event.preventDefault();
@@ -551,7 +463,9 @@ function takeFiles(files) {
   else void own.read(file);
 }
 
-restoreContexts([view.stage, byId("orbit", HTMLCanvasElement)]);
+chooseOverlay(choice.overlay);
+choose("paper", choice.paper);
+choose("object", choice.object);
 openHud(matchMedia("(min-width: 760px) and (min-height: 560px)").matches);
 showView("start");
 if (location.hash === CLIP_HASH) {

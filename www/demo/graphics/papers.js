@@ -2,8 +2,6 @@
 
 /** @typedef {"aurora" | "ink" | "squares"} Paper */
 
-/** Where a shader has the paper's colours from: its function, or the texture it was painted into. @typedef {Paper | "painted"} PaperSource */
-
 /**
  * The function of each paper in {@link PAPERS_GLSL}: `vec3 f(vec2 mm, float pixelMm, vec2 sizeMm, float seconds)`.
  *
@@ -126,28 +124,3 @@ vec3 linearFromDisplay(vec3 c) {
   return mix(c / 12.92, pow((c + 0.055) / 1.055, vec3(2.4)), step(0.04045, c));
 }
 `;
-
-/**
- * Painted papers are kept as powers of linear light, nearly as sRGB has them: then light is a factor, and no pixel takes a power of
- * its own.
- */
-export const PAINTED_POWER = 1 / 2.2;
-
-/**
- * GLSL: `vec3 litPaper(vec2 uv, float pixelMm, vec3 light)`, sRGB of the paper in a light, beside {@link PAPERS_GLSL}. The light is linear,
- * of a painted paper its power {@link PAINTED_POWER}. The shader declares `u_sheetMm`.
- *
- * @param {PaperSource} source
- */
-export function paperGlsl(source) {
-  const [uniform, color] =
-    source === "painted"
-      ? ["uniform sampler2D u_painted;", "min(texture(u_painted, uv).rgb * light, 1.0)"]
-      : [
-          "uniform float u_seconds;",
-          `displayFromLinear(${PAPER_FUNCTIONS[source]}(uv * u_sheetMm, pixelMm, u_sheetMm, u_seconds) * light)`,
-        ];
-  return `${uniform}
-${PAPERS_GLSL}
-vec3 litPaper(vec2 uv, float pixelMm, vec3 light) { return ${color}; }`;
-}

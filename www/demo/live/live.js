@@ -1,31 +1,26 @@
-// The live view: frames in, overlay out.
+// The live view: a scene on what is looked for, and what the page tells of each frame.
 
-import { DeepSftError } from "deepsft";
-import { MaskCovering, PrintCovering, TemplateLight, confirmed, seenFractions } from "deepsft/light";
-import { animate, prefersStillness } from "../graphics/animation.js";
+import { visibleRegion } from "deepsft";
+import { start } from "deepsft/scene";
 import { depthRange, depthTicks } from "../graphics/heat.js";
-import { shadingOf, tintOf } from "../stage/shading.js";
+import { Overlays } from "./overlays.js";
 
-/** @import { Estimate, Session, SourcedCamera, SurfaceMesh, TrackedFrame } from "deepsft" */
+/** @import { Estimate, SourcedCamera, SurfaceMesh, TrackedFrame } from "deepsft" */
+/** @import { SceneOptions, SceneView } from "deepsft/scene" */
 /** @import { Hud } from "./hud.js" */
+/** @import { Choice } from "./overlays.js" */
 /** @import { VideoSource } from "../sources.js" */
 /** @import { Subject } from "../subjects.js" */
 /** @import { Orbit } from "../graphics/orbit.js" */
-/** @import { PlainStage } from "../stage/plain-stage.js" */
-/** @import { Stage } from "../stage/stage.js" */
 
-/** So long after the network saw the sheet its maps are shown where the tracker has no mesh (yet), milliseconds. */
-const MAPS_SHOWN_MS = 1500;
-/** Where the processor draws, only when it has seen it for so long: the tracker's mesh is there sooner than a drawing of the maps. */
-const MAPS_SOFTWARE_MS = 800;
+/** The picture covers the page as far as it is then at most so much larger than all of it would be. */
+const MAX_CUT = 1.12;
 /** A picture that was not followed for so long counts as not found, milliseconds. */
 const MISSING_MS = 2500;
 /** Seconds in which the depth scale follows the sheet most of the way. */
 const SCALE_SECONDS = 0.4;
-/** Canvas pixels per CSS pixel, at least, on slow machines. */
-const MIN_QUALITY = 0.5;
-/** An answer tells what covers the sheet only where the image confirms the mesh of its frame so far. */
-const MIN_CORRELATION = 0.6;
+/** Of the image, below which a region that the network sees is marked. */
+const WHOLE = 0.95;
 
 /** Fired on the document for each estimate, before it is closed, for those who script the page. */
 export class EstimateEvent extends Event {
@@ -46,242 +41,170 @@ export class TrackedEvent extends Event {
 }
 
 export class Live {
-  #stage;
+  #container;
   #hud;
   #orbit;
   #region;
+  #choice;
   /** @type {Subject | null} */
   #subject = null;
-  /** @type {TemplateLight | null} */
-  #templateLight = null;
-  /** @type {Session | null} */
-  #session = null;
-  #covering = new MaskCovering();
-  /** Of a picture, which has no mask. @type {PrintCovering | null} */
-  #printCovering = null;
-  /** @type {SurfaceMesh | null} the one that is drawn */
-  #mesh = null;
-  /** Whether the tracker had the sheet in its last frame. */
-  #tracked = false;
-  #networkFps = 0;
+  /** @type {SceneView | null} */
+  #view = null;
+  /** @type {Overlays | null} */
+  #overlays = null;
+  /** @type {TrackedFrame | null} the newest */
+  #frame = null;
   /** When the tracker last had the sheet, or began to look for it, milliseconds. */
   #trackedAt = -Infinity;
-  /** When the network last saw the sheet, milliseconds. */
-  #seenAt = -Infinity;
-  /** Since when it has seen the sheet that the tracker does not have, milliseconds. */
-  #seenSince = -Infinity;
   /** @type {{ near: number, far: number } | null} */
   #range = null;
   #scaledAt = 0;
-  /** @type {() => void} */
-  #stopAnimation = () => undefined;
   /** @type {(estimate: Estimate) => void} */
   onEstimate = () => undefined;
-  /** @type {(tracked: TrackedFrame) => void} told of each frame of a video before it is closed */
+  /** @type {(tracked: TrackedFrame) => void} told of each frame before it is closed */
   onFrame = () => undefined;
-  /** @type {() => void} called when the stage has just been drawn */
-  onDraw = () => undefined;
   /** @type {(mesh: SurfaceMesh | null, camera: SourcedCamera, atOnce: boolean) => void} told of the newest mesh */
   onMesh = () => undefined;
 
   /**
-   * @param {Stage | PlainStage} stage
+   * @param {HTMLElement} container
    * @param {Hud} hud
    * @param {Orbit | null} orbit the sheet from the side, where it can be drawn
    * @param {HTMLElement} region frame around the part of the picture that the network sees
+   * @param {Choice} choice what is drawn over the picture
    */
-  constructor(stage, hud, orbit, region) {
-    this.#stage = stage;
+  constructor(container, hud, orbit, region, choice) {
+    this.#choice = choice;
+    this.#container = container;
     this.#hud = hud;
     this.#orbit = orbit;
     this.#region = region;
   }
 
-  /** @param {Subject} subject what is looked for */
-  use(subject) {
-    this.#subject = subject;
-    const { target } = subject;
-    this.#templateLight = new TemplateLight(target.texture);
-    this.#stage.tint = [1, 1, 1];
-    this.#printCovering = subject.kind === "picture" ? new PrintCovering(target) : null;
-    this.#stage.setTemplate(target, this.#templateLight);
-    this.#orbit?.setTemplate(target);
-    this.#hud.showSubject(subject);
+  /** The scene that is shown. */
+  get view() {
+    return this.#view;
   }
 
   /**
-   * Follows a video until stopped.
+   * Follows a video until the signal ends it.
    *
+   * @param {Subject} subject what is looked for
    * @param {HTMLVideoElement} video
    * @param {VideoSource} source that plays in it
-   * @returns {Promise<void>} rejects when something ends it
+   * @param {AbortSignal} signal
+   * @returns {Promise<void>} rejects when something else ends it
    */
-  async follow(video, { stream, camera }) {
-    const { sft, target } = this.#started();
-    this.#animate();
-    this.#trackedAt = performance.now();
-    this.#session = sft.follow(stream ?? video, {
-      targets: [target],
-      camera,
-      software: this.#stage.software,
-      onEstimate: (estimate, frame) => this.#takeAnswer(estimate, frame),
-    });
-    for await (const tracked of this.#session) this.#takeTracked(tracked);
+  follow(subject, video, { stream, camera }, signal) {
+    return this.#show(subject, { source: stream ?? video, camera }, signal);
   }
 
   /**
-   * Shows one picture: at first with the maps of what was found, then with the mesh that was fitted to it.
+   * Shows one picture, with what is found in it.
    *
-   * @param {Blob} image
-   * @param {() => boolean} wanted whether it still is, once it is there
+   * @param {Subject} subject what is looked for
+   * @param {Blob} photograph
+   * @param {AbortSignal} signal
    */
-  async show(image, wanted) {
-    const { sft, target } = this.#started();
-    const estimate = await sft.estimate(image, { target });
-    if (!wanted()) return estimate.close();
-    this.#animate();
-    const began = performance.now();
-    this.#take(estimate);
-    this.#hud.showEstimate(estimate, performance.now() - began);
-    const whole = estimate.found || target.kind === "model" ? estimate.completeMesh() : null;
-    const { width, height } = estimate.mask;
-    const seen = estimate.mask.values();
-    const { camera, focal } = estimate;
-    estimate.close();
-    const mesh = await whole;
-    if (!mesh || !wanted()) return;
-    this.#followDepth(depthsOf(mesh));
-    const mask = { width, height, values: () => seen };
-    this.#stage.addMesh(mesh, confirmed(seenFractions(mesh, { mask, focal }), mesh.confidence));
-    this.#hud.showMesh(true);
-    this.onMesh(mesh, camera, true);
-    this.#mesh = mesh;
-    this.redraw();
+  show(subject, photograph, signal) {
+    return this.#show(subject, { photograph }, signal);
   }
 
-  /** Ends what goes on and clears the stage. */
-  stop() {
-    this.#session?.close();
-    this.#session = null;
-    this.#stopAnimation();
-    this.#stage.animated = false;
-    this.#stage.clear();
-    this.#covering.reset();
-    this.#printCovering?.reset();
-    this.#orbit?.reset();
-    this.#mesh = null;
-    [this.#tracked, this.#trackedAt, this.#seenAt] = [false, -Infinity, -Infinity];
-    this.#range = null;
-    this.#region.hidden = true;
-    this.#stage.draw(0);
+  /** Draws what was chosen anew. */
+  refresh() {
+    this.#overlays?.show(this.#choice);
+    this.#showScale();
+    if (this.#frame?.mesh) this.#orbit?.show(this.#frame.mesh);
   }
 
-  /** Draws what has changed: the frame, the overlay or the window. */
-  redraw() {
-    // What asks for the page's layout comes before what changes it.
-    if (this.#mesh) this.#orbit?.show(this.#mesh);
-    this.#placeRegion();
-    // An animated stage is drawn with the next frame of the screen anyway.
-    if (!this.#stage.animated) this.draw();
-    if (this.#stage.overlay === "depth" && this.#range) this.#hud.showDepthScale(this.#range);
+  /** What stands on the sheet goes where the page was tapped. @param {number} x CSS pixels @param {number} y */
+  placeObjectAt(x, y) {
+    const { left, top, width, height } = this.#container.getBoundingClientRect();
+    this.#overlays?.placeObjectAt((x - left) / width, (y - top) / height);
   }
 
-  /** Draws the stage as it is. @param {number} [seconds] for papers that move */
-  draw(seconds = performance.now() / 1000) {
-    this.#stage.draw(seconds);
-    this.onDraw();
-  }
-
-  #started() {
-    if (!this.#subject) throw new DeepSftError("internal", "The live view was started with nothing to look for.");
-    return this.#subject;
+  /** @param {number} u of the print's width @param {number} v of its height */
+  moveObject(u, v) {
+    this.#overlays?.moveObject(u, v);
   }
 
   /**
-   * Draws a frame of the video as the tracker sees it, or leaves it to the network's maps.
+   * @param {Subject} subject
+   * @param {SceneOptions} options
+   * @param {AbortSignal} signal
+   */
+  async #show(subject, options, signal) {
+    const { sft, target } = (this.#subject = subject);
+    this.#hud.showSubject(subject);
+    this.#orbit?.setTemplate(target);
+    const ended = new Promise((resolve) => signal.addEventListener("abort", resolve));
+    const onEstimate = (/** @type {Estimate} */ estimate) => this.#takeEstimate(estimate);
+    const shown = { sft, targets: [target], fit: MAX_CUT, screens: /** @type {const} */ (false), sound: false, smooth: false, onEstimate };
+    const view = await start(this.#container, { ...shown, ...options, signal });
+    this.#view = view;
+    this.#trackedAt = performance.now();
+    this.#hud.showSoftware(view.software);
+    this.#overlays = new Overlays(view, target);
+    this.#overlays.show(this.#choice);
+    signal.addEventListener("abort", () => this.#end());
+    view.addEventListener("frame", ({ detail: { frame } }) => {
+      if (frame !== this.#frame) this.#take(frame, view);
+      this.#overlays?.animate();
+    });
+    const failed = new Promise((_, reject) => view.addEventListener("error", ({ detail }) => reject(detail.error)));
+    await Promise.race([ended, failed]);
+  }
+
+  #end() {
+    this.#overlays?.dispose();
+    [this.#view, this.#overlays, this.#frame, this.#range] = [null, null, null, null];
+    this.#orbit?.reset();
+    this.#region.hidden = true;
+  }
+
+  /**
+   * Tells of a new frame, before it is drawn.
    *
    * @param {TrackedFrame} tracked
+   * @param {SceneView} view
    */
-  #takeTracked(tracked) {
-    const began = performance.now();
+  #take(tracked, view) {
+    const now = performance.now();
+    const { mesh, camera } = tracked;
+    const isPhotograph = tracked.number === 0;
+    this.#frame = tracked;
     document.dispatchEvent(new TrackedEvent(tracked));
-    const { mesh } = tracked;
-    this.#tracked = mesh !== null;
-    if (mesh) this.#trackedAt = began;
-    /** @type {Float32Array} */
-    let seen = new Float32Array();
     if (mesh) {
-      const certain = tracked.correlation >= MIN_CORRELATION;
-      seen = this.#printCovering?.follow(mesh, certain) ?? this.#covering.follow(tracked.number, mesh, certain);
-      this.#followDepth(depthsOf(mesh));
+      this.#trackedAt = now;
+      this.#followDepth(mesh);
+      this.#orbit?.show(mesh);
     }
-    if (!this.#mapsAreShown()) {
-      this.#stage.showMesh(tracked, mesh, seen);
-      this.#mesh = mesh;
-      this.redraw();
-    }
-    this.#hud.showTracked(tracked, performance.now() - began);
-    this.#networkFps = tracked.networkFps;
+    const range = this.#range ?? { near: 0, far: 1 };
+    this.#overlays?.follow(mesh, { ...range, step: depthTicks(range, 9).step });
+    this.#showScale();
+    this.#placeRegion(view, camera);
+    if (isPhotograph) this.#hud.showMesh(mesh !== null);
+    else this.#hud.showTracked(tracked, view.drawMs);
     // A network says by itself that nothing is there.
-    if (this.#started().kind === "picture" && began - this.#trackedAt > MISSING_MS) this.#hud.showMissing();
-    this.onMesh(mesh, tracked.camera, false);
+    if (!isPhotograph && this.#subject?.kind === "picture" && now - this.#trackedAt > MISSING_MS) this.#hud.showMissing();
+    this.onMesh(mesh, camera, isPhotograph);
     this.onFrame(tracked);
   }
 
-  /**
-   * @param {Estimate} estimate
-   * @param {number} frame its number
-   */
-  #takeAnswer(estimate, frame) {
-    const now = performance.now();
-    if (this.#tracked || now - this.#seenAt >= MAPS_SHOWN_MS) this.#seenSince = now;
-    if (estimate.found) this.#seenAt = now;
-    this.#covering.answer(frame, estimate);
-    this.#take(estimate);
-    this.#hud.showAnswer(estimate, this.#tracked, this.#networkFps);
-    estimate.close();
-  }
-
-  /** Whether frames are drawn as the network answers them: for its mask, and where the tracker has no mesh yet. */
-  #mapsAreShown() {
-    if (this.#started().kind === "picture") return false;
-    if (this.#stage.overlay === "mask") return true;
-    const now = performance.now();
-    const isDue = !this.#stage.software || now - this.#seenSince >= MAPS_SOFTWARE_MS;
-    return isDue && !this.#tracked && now - this.#seenAt < MAPS_SHOWN_MS;
-  }
-
-  /**
-   * Draws what the network says of a frame, unless the tracker draws.
-   *
-   * @param {Estimate} estimate
-   */
-  #take(estimate) {
+  /** @param {Estimate} estimate */
+  #takeEstimate(estimate) {
     document.dispatchEvent(new EstimateEvent(estimate));
     this.onEstimate(estimate);
     // After a lost GPU the engine may run elsewhere.
-    this.#hud.showEngine(this.#started());
-    const draws = this.#session === null || this.#mapsAreShown();
-    let shading = null;
-    if (estimate.found && this.#templateLight) {
-      /** @type {Parameters<typeof shadingOf>} */
-      const lit = [estimate.canonical, estimate.registration.values(), estimate.mask.values(), this.#templateLight];
-      this.#stage.tint = tintOf(...lit);
-      // The tracker's mesh has its own light.
-      if (draws) {
-        shading = shadingOf(...lit);
-        this.#followDepth(estimate.depth.values());
-      }
-    }
-    if (!draws) return;
-    this.#stage.showMaps(estimate, shading);
-    this.#mesh = null;
-    this.redraw();
+    if (this.#subject) this.#hud.showEngine(this.#subject);
+    const frame = this.#frame;
+    if (frame?.number === 0) this.#hud.showEstimate(estimate, this.#view?.drawMs ?? 0);
+    else this.#hud.showAnswer(estimate, frame?.found ?? false, frame?.networkFps ?? 0);
   }
 
-  /** @param {Float32Array} depth */
-  #followDepth(depth) {
-    const seen = depthRange(depth);
+  /** @param {SurfaceMesh} mesh */
+  #followDepth({ vertices }) {
+    const seen = depthRange(vertices.filter((_, i) => i % 3 === 2));
     if (!seen) return;
     const last = this.#range ?? seen;
     const now = performance.now() / 1000;
@@ -289,40 +212,21 @@ export class Live {
     this.#scaledAt = now;
     const ease = (/** @type {"near" | "far"} */ end) => last[end] + pace * (seen[end] - last[end]);
     this.#range = { near: ease("near"), far: ease("far") };
-    const { step } = depthTicks(this.#range, 9);
-    this.#stage.depthScale = { ...this.#range, step };
+  }
+
+  #showScale() {
+    if (this.#choice.overlay === "depth" && this.#range) this.#hud.showDepthScale(this.#range);
   }
 
   /**
-   * Draws at the screen's rate, so that the papers move. A machine that does not keep up, or has no GPU, draws only new
-   * results, and coarser.
+   * @param {SceneView} view
+   * @param {SourcedCamera} camera
    */
-  #animate() {
-    this.#stopAnimation();
-    this.#hud.showSoftware(this.#stage.software);
-    this.#stage.animated = !this.#stage.software && !prefersStillness();
-    if (!this.#stage.animated) return;
-    const draw = (/** @type {number} */ seconds) => {
-      this.draw(seconds);
-      return this.#stage.busy;
-    };
-    this.#stopAnimation = animate(draw, (slowness) => {
-      this.#stage.animated = false;
-      this.#stage.quality = Math.max(MIN_QUALITY, Math.sqrt(1 / slowness));
-      this.redraw();
-    });
+  #placeRegion({ camera: { region } }, camera) {
+    const { left, top, right, bottom } = visibleRegion(camera);
+    const scale = this.#container.clientWidth / (region.right - region.left);
+    this.#region.hidden = (right - left) * (bottom - top) > WHOLE * camera.width * camera.height;
+    const place = { left: left - region.left, top: top - region.top, width: right - left, height: bottom - top };
+    for (const side of /** @type {const} */ (["left", "top", "width", "height"])) this.#region.style[side] = `${place[side] * scale}px`;
   }
-
-  #placeRegion() {
-    const place = this.#stage.regionOnCanvas();
-    this.#region.hidden = !place?.partial;
-    if (!place?.partial) return;
-    for (const side of /** @type {const} */ (["left", "top", "width", "height"]))
-      this.#region.style[side] = `${place[side]}px`;
-  }
-}
-
-/** @param {SurfaceMesh} mesh */
-function depthsOf({ vertices }) {
-  return vertices.filter((_, i) => i % 3 === 2);
 }

@@ -1,55 +1,43 @@
 // The buttons that take a picture of what is seen, or record it.
 
-import { Recording, pictureOf, recordingCanvas, recordingKind, shareFile } from "deepsft";
-import { drawScene } from "./shots.js";
+import { recordingKind, shareFile } from "deepsft";
 
-/** @import { Scene } from "./shots.js" */
+/** @import { Recording } from "deepsft" */
+/** @import { SceneView } from "deepsft/scene" */
 
 export class ShotButtons {
   #record;
   #time;
-  #scene;
+  #view;
   #fail;
-  /** @type {{ canvas: HTMLCanvasElement, recording: Recording } | null} */
-  #running = null;
+  /** @type {Recording | null} */
+  #recording = null;
 
   /**
    * @param {HTMLElement} group with the two buttons
-   * @param {() => Scene} scene draws what is seen anew
+   * @param {() => SceneView | null} view that is shown
    * @param {(error: unknown) => void} fail is told what went wrong
    */
-  constructor(group, scene, fail) {
+  constructor(group, view, fail) {
     const [picture, record] = group.querySelectorAll("button");
     this.#record = record;
     this.#time = /** @type {HTMLElement} */ (record.querySelector(".time"));
-    this.#scene = scene;
+    this.#view = view;
     this.#fail = fail;
     record.hidden = recordingKind === undefined;
-    picture.addEventListener("click", () => this.#try(async () => shareFile(await this.#picture(), nameNow())));
-    record.addEventListener("click", () => (this.#running ? this.stop() : this.#try(() => this.#run())));
-  }
-
-  /** Adds what has just been drawn, where it is recorded. @param {() => Scene} scene */
-  add(scene) {
-    if (this.#running) drawScene(this.#running.canvas, scene());
+    picture.addEventListener("click", () => this.#try(async (view) => shareFile(await view.shot(), nameNow())));
+    record.addEventListener("click", () => (this.#recording ? this.stop() : this.#try((view) => this.#run(view))));
   }
 
   /** Ends a recording; what was recorded is handed to the person. */
   stop() {
     // What becomes of it is told where it was begun.
-    this.#running?.recording.stop().catch(() => undefined);
+    this.#recording?.stop().catch(() => undefined);
   }
 
-  #picture() {
-    const scene = this.#scene();
-    return pictureOf(drawScene(recordingCanvas(scene.area), scene));
-  }
-
-  async #run() {
-    const scene = this.#scene();
-    const canvas = drawScene(recordingCanvas(scene.area), scene);
-    const recording = new Recording(canvas);
-    this.#running = { canvas, recording };
+  /** @param {SceneView} view */
+  async #run(view) {
+    const recording = (this.#recording = view.record());
     const began = performance.now();
     const name = nameNow();
     const tell = () => {
@@ -63,7 +51,7 @@ export class ShotButtons {
       await shareFile(await recording.finished, name);
     } finally {
       clearInterval(clock);
-      this.#running = null;
+      this.#recording = null;
       this.#show(false);
     }
   }
@@ -75,9 +63,10 @@ export class ShotButtons {
     this.#time.hidden = !recording;
   }
 
-  /** @param {() => Promise<void>} work */
+  /** @param {(view: SceneView) => Promise<void>} work */
   #try(work) {
-    work().catch(this.#fail);
+    const view = this.#view();
+    if (view) work(view).catch(this.#fail);
   }
 }
 

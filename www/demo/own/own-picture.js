@@ -34,7 +34,6 @@ export function scanAmong(files) {
  * @property {(picture: ReadyPicture, use: "camera" | "image") => void} use looks for it
  * @property {(files: File[]) => Promise<Scan>} readScan reads a scan's files
  * @property {(error: unknown) => void} fail says what is in the way
- * @property {(picture: ReadyPicture | null) => void} remembered is told of the last picture
  */
 
 export class OwnPicture {
@@ -212,7 +211,6 @@ export class OwnPicture {
   async #forget() {
     this.#last = null;
     part("#last").hidden = true;
-    this.#page.remembered(null);
     part("#choose-picture").focus();
     await forgetPicture();
   }
@@ -228,7 +226,6 @@ export class OwnPicture {
     part("#last-name").textContent = name;
     part("#last-size").textContent = hasSize ? formatSize(widthMm, heightMm) : "Size not known";
     part("#last").hidden = false;
-    this.#page.remembered(picture);
   }
 }
 

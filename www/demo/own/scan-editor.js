@@ -1,12 +1,10 @@
 // A person's own scan on its way to the library: its shape, which turns, its size, and what will work with it.
 
-import { NoWebGl } from "../graphics/gl.js";
-import { animate } from "../graphics/animation.js";
-import { Orbit } from "../graphics/orbit.js";
 import { MIN_MM, MAX_MM, formatLength, isUsableLength, parseLength } from "./print-size.js";
 import { MAX_PICTURE_LENGTH, canvasOf, contextOf } from "./read-picture.js";
 
 /** @import { Scan } from "deepsft" */
+/** @import { Orbit } from "../graphics/orbit.js" */
 /** @import { ReadyPicture } from "./picture-editor.js" */
 
 /** Longest side of the small flat picture beside the size, CSS pixels, twice for dense screens. */
@@ -27,13 +25,11 @@ export class ScanEditor {
   #problem;
   /** @type {Orbit | null} */
   #orbit = null;
-  /** Whether the browser has taken the graphics context away. */
-  #lost = false;
   /** @type {Scan | null} */
   #scan = null;
   /** mm; NaN where none was said. */
   #widthMm = Number.NaN;
-  #stop = () => {};
+  #request = 0;
   /** @type {(picture: ReadyPicture, use: "camera" | "image") => void} */
   onReady = () => undefined;
 
@@ -48,19 +44,6 @@ export class ScanEditor {
     this.#part("form", HTMLFormElement).addEventListener("submit", (event) => {
       event.preventDefault();
       this.#finish(event.submitter instanceof HTMLButtonElement && event.submitter.value === "image" ? "image" : "camera");
-    });
-    const shape = this.#part("#scan-shape", HTMLCanvasElement);
-    shape.addEventListener("webglcontextlost", (event) => {
-      // Without this the context would not come back.
-      event.preventDefault();
-      this.#lost = true;
-      this.#stop();
-      this.#orbit?.stop();
-      this.#orbit = null;
-    });
-    shape.addEventListener("webglcontextrestored", () => {
-      this.#lost = false;
-      if (this.#scan) this.#turn(this.#scan);
     });
   }
 
@@ -90,33 +73,37 @@ export class ScanEditor {
       const longest = Math.max(scan.sheet.widthMm, scan.sheet.heightMm);
       if (longest < LIKELY_MM[0] || longest > LIKELY_MM[1]) this.#say("Is that right? Some files name no unit, or the wrong one. Measure the sheet.");
     }
-    this.#turn(scan);
+    void this.#turn(scan);
   }
 
   close() {
     this.#root.hidden = true;
-    this.#stop();
+    cancelAnimationFrame(this.#request);
     this.#scan = null;
     this.#say("");
   }
 
-  /** Shows the scan, which turns; nothing until a lost context is back. @param {Scan} scan */
-  #turn(scan) {
-    if (this.#lost) return;
+  /** Shows the scan, which turns. @param {Scan} scan */
+  async #turn(scan) {
     const canvas = this.#part("#scan-shape", HTMLCanvasElement);
+    const { Orbit } = await import("../graphics/orbit.js");
+    if (this.#scan !== scan) return;
     try {
-      this.#orbit ??= new Orbit(canvas, false);
-    } catch (error) {
-      if (!(error instanceof NoWebGl)) throw error;
+      this.#orbit ??= new Orbit(canvas);
+    } catch {
+      // Without WebGL 2 the page does without.
       canvas.hidden = true;
       return;
     }
-    const [width, height, depth] = scan.sizeMm;
-    this.#orbit.reset();
-    this.#orbit.setTemplate({ texture: scan.texture, mesh: scan.mesh, widthMm: Math.hypot(width, depth), heightMm: height });
     const orbit = this.#orbit;
-    // On machines that are slow it stands, and turns when it is dragged.
-    this.#stop = animate(() => (orbit.show(scan), true), () => undefined);
+    const [width, height, depth] = scan.sizeMm;
+    orbit.reset();
+    orbit.setTemplate({ texture: scan.texture, mesh: scan.mesh, widthMm: Math.hypot(width, depth), heightMm: height });
+    const draw = () => {
+      orbit.show(scan);
+      this.#request = requestAnimationFrame(draw);
+    };
+    draw();
   }
 
   /** @param {number} widthMm NaN where it is no length */

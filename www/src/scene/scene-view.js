@@ -3,11 +3,15 @@
 import { Scene, WebGLRenderer } from "three";
 import { CameraStream, openCamera } from "../camera/camera-stream.js";
 import { DeepSft } from "../deepsft.js";
+import { isPinhole } from "../camera/lens.js";
 import { DeepSftError, asDeepSftError } from "../error.js";
 import { Recording, pictureOf, recordingCanvas } from "../record/recording.js";
+import { TrackedFrame, TrackedTarget } from "../results/tracked-frame.js";
 import { unknownTarget } from "../targets/target.js";
 import { FrameBackground } from "../three/frame-background.js";
 import { FrameCamera } from "../three/frame-camera.js";
+import { drawsInSoftware, Pace } from "./drawing-speed.js";
+import { FrameLayer, layOut, regionOf } from "./frame-layer.js";
 import { hide } from "./print.js";
 import { SceneSheet } from "./scene-sheet.js";
 import { Screens } from "./screens.js";
@@ -17,8 +21,9 @@ import { Screens } from "./screens.js";
 /** @import { LoadOptions, PictureOptions } from "../deepsft.js" */
 /** @import { FlatPrint, FlattenOptions } from "../frame-requests.js" */
 /** @import { ImageInput } from "../frames/image-input.js" */
-/** @import { TrackedFrame } from "../results/tracked-frame.js" */
+/** @import { Estimate } from "../results/estimate.js" */
 /** @import { Target } from "../targets/target.js" */
+/** @import { FrameFit } from "../three/frame-camera.js" */
 /** @import { FrameSource, Session } from "../tracking/session.js" */
 /** @import { Smoothing } from "../tracking/tracker-worker.js" */
 /** @import { OwnScreens, ScreenContents, ScreenName } from "./screens.js" */
@@ -32,8 +37,11 @@ import { Screens } from "./screens.js";
  * @property {string} [name] of it, for people
  * @property {string | URL | null} [model] folder of a trained model, whose target is looked for too
  * @property {DeepSft} [sft] an engine of the page's own, which is not closed with the scene; its targets are looked for
+ * @property {Target[]} [targets] those of them that are looked for, default all
  * @property {FrameSource} [source] what is shown in place of a camera: a video that plays, an open camera, or frames of one's own
+ * @property {ImageInput} [photograph] what is shown in place of a video: one picture, which the first target is looked for in
  * @property {CameraOption} [camera] intrinsics of the source, where they are known
+ * @property {FrameFit} [fit] how the camera's picture fills the container, default `cover`
  * @property {Facing} [facing] which way the camera looks, default `environment`; the picture of one that looks at the person is mirrored
  * @property {string} [deviceId] a certain camera
  * @property {boolean | Smoothing} [smooth] as in `sft.follow`; default true
@@ -41,6 +49,7 @@ import { Screens } from "./screens.js";
  * @property {boolean} [sound] whether a button offers the sound of films that have one; default true
  * @property {OwnScreens | false} [screens] in place of those of the package; false for none
  * @property {Pick<LoadOptions, "device" | "baseUrl" | "onProgress">} [load] options of `DeepSft.load`
+ * @property {(estimate: Estimate, frame: number) => void} [onEstimate] as in `sft.follow`; the scene closes the estimate
  * @property {AbortSignal} [signal] closes the scene
  */
 
@@ -56,10 +65,9 @@ import { Screens } from "./screens.js";
 
 /** Canvas pixels per CSS pixel, at most: more cannot be seen and costs time. */
 const MAX_DENSITY = 2;
-/** Canvas pixels, at most, where the processor draws. */
+/** Canvas pixels, at most, where the processor draws: of the whole picture, and of the box that something is put into. */
 const MAX_SOFTWARE_PIXELS = 330_000;
-/** What programs call themselves that draw with the processor. */
-const SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i;
+const MAX_BOX_PIXELS = 110_000;
 /** After so long without a print the person is told what to do, milliseconds. */
 const SCANNING_MS = 1500;
 /** A page that was away does not make up for it, seconds. */
@@ -75,7 +83,12 @@ export class SceneView extends EventTarget {
   #element = document.createElement("div");
   #video = document.createElement("video");
   #screens;
+  /** What is drawn on, the camera's picture below. */
+  #layers = document.createElement("div");
   #background = new FrameBackground();
+  #below = new FrameLayer();
+  #page = { width: 0, height: 0 };
+  #pace = new Pace();
   #resizing = new ResizeObserver(() => this.#resize());
   /** @type {Map<Target, SceneSheet>} */
   #sheets = new Map();
@@ -86,6 +99,8 @@ export class SceneView extends EventTarget {
   /** The newest frame, and whether it was not drawn yet. @type {TrackedFrame | null} */
   #frame = null;
   #isNew = false;
+  /** Whether the layer below does not show it yet. */
+  #isUnseen = false;
   #foundAt = 0;
   #drawnAt = Number.NaN;
   #request = 0;
@@ -96,12 +111,14 @@ export class SceneView extends EventTarget {
 
   /** The scene of three.js; the camera stands in its origin. A unit is a millimetre. */
   scene = new Scene();
-  /** Sees what the video's camera sees. */
-  camera = new FrameCamera();
+  /** Sees what the video's camera sees. @type {FrameCamera} */
+  camera;
   /** The camera that is open. @type {CameraStream | null} */
   stream = null;
   /** Why it stands still. @type {DeepSftError | null} */
   error = null;
+  /** Time the last drawing took, milliseconds. */
+  drawMs = 0;
 
   /**
    * Use {@link start}.
@@ -112,7 +129,8 @@ export class SceneView extends EventTarget {
    */
   constructor(container, options) {
     super();
-    this.#options = options;
+    this.#options = { ...options, targets: options.targets && [...options.targets] };
+    this.camera = new FrameCamera({ fit: options.fit });
     // What a scene that failed has said here before.
     for (const left of container.querySelectorAll(":scope > [data-deepsft=failed]")) left.remove();
     const element = this.#element;
@@ -123,23 +141,23 @@ export class SceneView extends EventTarget {
     if (element.clientHeight === 0) Object.assign(element.style, { height: "auto", aspectRatio: "4 / 3" });
     this.#screens = new Screens(element, options.screens ?? {});
     try {
-      this.renderer = new WebGLRenderer({ antialias: true, powerPreference: "high-performance" });
+      /** Whether the processor does the drawing. */
+      this.software = drawsInSoftware();
+      this.renderer = new WebGLRenderer({ alpha: true, antialias: !this.software, powerPreference: "high-performance" });
     } catch (cause) {
       const error = new DeepSftError("browser-unsupported", "This browser offers no WebGL 2, which the scene is drawn with.", { cause });
       this.#screens.show("failed", { error });
       throw error;
     }
     this.renderer.shadowMap.enabled = true;
-    const gl = this.renderer.getContext();
-    const names = gl.getExtension("WEBGL_debug_renderer_info");
-    /** Whether the processor does the drawing. */
-    this.software = SOFTWARE.test(gl.getParameter(names ? names.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
-    Object.assign(this.canvas.style, { display: "block", position: "absolute", width: "100%", height: "100%" });
+    Object.assign(this.#layers.style, { position: "absolute", inset: "0" });
     this.canvas.setAttribute("role", "img");
     this.canvas.setAttribute("aria-label", "The camera's picture, with what is put into it");
     hide(this.#video);
     this.#video.setAttribute("aria-hidden", "true");
-    element.append(this.#video, this.canvas);
+    this.#below.canvas.setAttribute("aria-hidden", "true");
+    this.#layers.append(this.canvas);
+    element.append(this.#video, this.#layers);
     this.scene.add(this.#background);
     this.#resizing.observe(element);
     this.#resize();
@@ -157,7 +175,7 @@ export class SceneView extends EventTarget {
 
   /** What is looked for. */
   get targets() {
-    return this.#sft?.targets ?? [];
+    return this.#options.targets ?? this.#sft?.targets ?? [];
   }
 
   /** Whether it is over. */
@@ -202,6 +220,10 @@ export class SceneView extends EventTarget {
   async addPicture(picture, options) {
     if (!this.#sft) throw new DeepSftError("closed", "The scene was closed, or has not started yet.");
     const target = await this.#sft.addPicture(picture, { signal: this.#ending.signal, ...options });
+    if (this.#options.targets) {
+      this.#options.targets.push(target);
+      this.#session?.addTarget(target);
+    }
     return this.sheet(target);
   }
 
@@ -269,6 +291,11 @@ export class SceneView extends EventTarget {
     return recording;
   }
 
+  /** Draws anew what a page has changed: the scene draws by itself what moves with the camera's picture. */
+  refresh() {
+    this.#isNew = true;
+  }
+
   /** Ends it, frees the camera, and takes it out of the page. Models that were added stay the page's. */
   close() {
     this.#end();
@@ -308,36 +335,39 @@ export class SceneView extends EventTarget {
     this.#sft = null;
   }
 
-  /** @returns {Promise<FrameSource>} */
+  /** @returns {Promise<FrameSource | null>} null for a photograph */
   async #open() {
-    const { source, facing, deviceId } = this.#options;
-    this.#show(source ? "loading" : "asking");
+    const { source, photograph, facing, deviceId } = this.#options;
+    this.#show(source || photograph ? "loading" : "asking");
+    if (photograph) return null;
     const opened = source ?? (await openCamera(this.#video, { facing, deviceId, signal: this.#ending.signal }));
     this.#show("loading");
     if (!(opened instanceof CameraStream)) return opened;
     this.stream = opened;
-    const mirror = () => (this.canvas.style.transform = opened.facing === "user" ? "scaleX(-1)" : "");
+    const mirror = () => (this.#layers.style.transform = opened.facing === "user" ? "scaleX(-1)" : "");
     mirror();
     opened.addEventListener("switched", mirror, { signal: this.#ending.signal });
     return opened;
   }
 
-  /** @param {Promise<FrameSource>} opening */
+  /** @param {Promise<FrameSource | null>} opening */
   async #run(opening) {
     this.error = null;
     try {
       const source = await opening;
       if (this.closed || !this.#sft) return;
-      const { camera, smooth = true } = this.#options;
-      const onEstimate = this.targets.some(({ kind }) => kind === "model") ? this.#answer : undefined;
-      const session = this.#sft.follow(source, { camera, smooth, software: this.software, onEstimate });
+      const { targets, camera, smooth = true } = this.#options;
+      cancelAnimationFrame(this.#request);
+      this.#request = requestAnimationFrame(this.#loop);
+      if (source === null) return await this.#lookAt(this.#sft);
+      const isAsked = this.#options.onEstimate !== undefined || this.targets.some(({ kind }) => kind === "model");
+      const onEstimate = isAsked ? this.#answer : undefined;
+      const session = this.#sft.follow(source, { targets, camera, smooth, software: this.software, onEstimate });
       this.#session = session;
       this.#foundAt = performance.now();
       session.addEventListener("interrupted", () => this.#show("interrupted"));
       for (const name of /** @type {const} */ (["found", "lost"]))
         session.addEventListener(name, ({ detail: { target, frame } }) => this.#tell(name, { sheet: this.sheet(target), frame }));
-      cancelAnimationFrame(this.#request);
-      this.#request = requestAnimationFrame(this.#loop);
       for await (const tracked of session) this.#take(tracked);
     } catch (error) {
       if (this.closed) return;
@@ -350,11 +380,33 @@ export class SceneView extends EventTarget {
     }
   }
 
-  /** @type {(estimate: import("../results/estimate.js").Estimate, frame: number) => void} */
+  /** @type {(estimate: Estimate, frame: number) => void} */
   #answer = (estimate, frame) => {
     for (const [target, sheet] of this.#sheets) if (target.kind === "model") sheet.answer(estimate, frame);
+    this.#options.onEstimate?.(estimate, frame);
     estimate.close();
   };
+
+  /** Shows the photograph, as if it were the one frame of a video. @param {DeepSft} sft */
+  async #lookAt(sft) {
+    const { photograph, camera } = this.#options;
+    const [target] = this.targets;
+    const { signal } = this.#ending;
+    const estimate = await sft.estimate(/** @type {ImageInput} */ (photograph), { target, camera, signal });
+    const mesh = await estimate.completeMesh();
+    const { confidence, times } = estimate;
+    const frame = estimate.frame ?? (await createImageBitmap(/** @type {ImageData} */ (photograph)));
+    // The scene closes it.
+    estimate.frame = null;
+    const contents = { number: 0, timeMs: 0, camera: estimate.camera, times: { ...times, trackMs: times.fitMs }, networkFps: 0, frame };
+    const tracked = new TrackedFrame({ ...contents, targets: [new TrackedTarget({ target, mesh, held: false, correlation: confidence, iterations: 0 })] });
+    if (this.closed) return void (estimate.close(), tracked.close());
+    this.#take(tracked);
+    this.#answer(estimate, 0);
+    // What covers it is known by now.
+    this.#take(tracked);
+    if (mesh) this.#tell("found", { sheet: this.sheet(target), frame: tracked });
+  }
 
   /** @param {TrackedFrame} tracked */
   #take(tracked) {
@@ -363,6 +415,7 @@ export class SceneView extends EventTarget {
     this.#playFilms();
     this.#background.show(tracked);
     this.#frame = tracked;
+    this.#isUnseen = true;
     this.#isNew = true;
     const isFound = tracked.targets.length === 0 || tracked.targets.some(({ found }) => found);
     if (isFound) this.#foundAt = now;
@@ -379,6 +432,10 @@ export class SceneView extends EventTarget {
   /** @param {number} now */
   #loop = (now) => {
     this.#request = requestAnimationFrame(this.#loop);
+    if (!this.software && this.#frame && this.#pace.isSlow(now)) {
+      this.software = true;
+      this.#resize();
+    }
     // A processor that draws has better things to do than to draw the same once more.
     if (this.#isNew || (this.#frame && !this.software)) this.#draw(now);
   };
@@ -393,27 +450,79 @@ export class SceneView extends EventTarget {
     this.#tell("frame", { deltaS, frame });
     for (const sheet of this.#sheets.values()) sheet.refreshPrint();
     this.#offerSound();
-    this.camera.setIntrinsics(frame.camera, this.canvas);
-    this.renderer.render(this.scene, this.camera);
+    const began = performance.now();
+    this.camera.setIntrinsics(frame.camera, this.#page);
+    // The shader that takes out a lens' distortion is WebGL's.
+    if (this.software && frame.frame && isPinhole(frame.camera)) this.#drawApart(frame.frame);
+    else this.#drawWhole();
+    this.drawMs = performance.now() - began;
     if (this.#recorded) this.#drawInto(this.#recorded.canvas);
+  }
+
+  #drawWhole() {
+    this.#background.visible = true;
+    this.#below.canvas.remove();
+    this.#takePlace({ left: 0, top: 0, ...this.#page }, MAX_SOFTWARE_PIXELS);
+    this.renderer.render(this.scene, this.camera);
+  }
+
+  /** The camera's picture on the layer below, and WebGL in the box alone in which something lies over it. @param {ImageBitmap} frame */
+  #drawApart(frame) {
+    const [page, camera] = [this.#page, this.camera];
+    this.#background.visible = false;
+    if (!this.#below.canvas.isConnected) this.#layers.prepend(this.#below.canvas);
+    if (this.#isUnseen) this.#below.take(frame);
+    this.#isUnseen = false;
+    this.#below.place(camera, page);
+    this.scene.updateMatrixWorld();
+    const box = this.#below.boxOf(this.scene, camera, page);
+    this.canvas.style.visibility = box ? "" : "hidden";
+    if (!box) return;
+    const whole = camera.region;
+    camera.lookAtRegion(regionOf(box, whole, page));
+    this.#takePlace(box, MAX_BOX_PIXELS);
+    this.renderer.render(this.scene, camera);
+    camera.lookAtRegion(whole);
+  }
+
+  /**
+   * @param {{ left: number, top: number, width: number, height: number }} place of WebGL's canvas, CSS pixels
+   * @param {number} maxPixels of it where the processor draws
+   */
+  #takePlace(place, maxPixels) {
+    const { renderer, canvas } = this;
+    const most = this.software ? Math.sqrt(maxPixels / Math.max(1, place.width * place.height)) : MAX_DENSITY;
+    const density = Math.min(devicePixelRatio, most);
+    layOut(canvas, place);
+    canvas.style.visibility = "";
+    // A canvas whose size is set is new memory, though it be the same size.
+    if (canvas.width === Math.floor(place.width * density) && canvas.height === Math.floor(place.height * density)) return;
+    renderer.setPixelRatio(density);
+    renderer.setSize(place.width, place.height, false);
   }
 
   /** What was just drawn, in the middle of a canvas. @param {HTMLCanvasElement} canvas */
   #drawInto(canvas) {
     const context = canvas.getContext("2d", { alpha: false });
-    const { width, height } = this.canvas;
+    if (!context) return canvas;
+    const { left, top, width, height } = this.#layers.getBoundingClientRect();
     const scale = Math.min(canvas.width / width, canvas.height / height);
+    const isMirrored = this.#layers.style.transform !== "";
     // The window may have turned since a recording began.
-    context?.clearRect(0, 0, canvas.width, canvas.height);
-    context?.drawImage(this.canvas, (canvas.width - scale * width) / 2, (canvas.height - scale * height) / 2, scale * width, scale * height);
+    context.clearRect(0, 0, canvas.width, canvas.height);
+    for (const layer of /** @type {NodeListOf<HTMLCanvasElement>} */ (this.#layers.querySelectorAll("canvas"))) {
+      if (layer.style.visibility === "hidden") continue;
+      const box = layer.getBoundingClientRect();
+      const fromLeft = isMirrored ? left + width - box.right : box.left - left;
+      const [x, y] = [(canvas.width - scale * width) / 2 + scale * fromLeft, (canvas.height - scale * height) / 2 + scale * (box.top - top)];
+      context.drawImage(layer, x, y, scale * box.width, scale * box.height);
+    }
     return canvas;
   }
 
   #resize() {
     const { clientWidth: width, clientHeight: height } = this.#element;
-    const most = this.software ? Math.sqrt(MAX_SOFTWARE_PIXELS / Math.max(1, width * height)) : MAX_DENSITY;
-    this.renderer.setPixelRatio(Math.min(devicePixelRatio, most));
-    this.renderer.setSize(width, height, false);
+    this.#page = { width, height };
     // At once: a canvas that has changed its size is empty.
     this.#draw(performance.now());
   }

@@ -5,11 +5,13 @@ import { MathUtils, PerspectiveCamera } from "three";
 /** @import { Camera } from "../camera/intrinsics.js" */
 
 /**
- * How an image fills a canvas of another shape, as CSS says it: `cover` cuts what juts out, `contain` shows all of it. The image lies
- * centred.
+ * How an image fills a canvas of another shape, as CSS says it: `cover` cuts what juts out, `contain` shows all of it. A number covers the
+ * canvas as far as the image is then at most so many times as large as `contain` has it. The image lies centred.
  *
- * @typedef {"cover" | "contain"} FrameFit
+ * @typedef {"cover" | "contain" | number} FrameFit
  */
+
+/** A part of an image, pixels. @typedef {{ left: number, top: number, right: number, bottom: number }} Region */
 
 /**
  * Sees what a video's camera sees, in millimetres: at the origin, looking along -z with y up, like any camera of three.js.
@@ -20,7 +22,7 @@ import { MathUtils, PerspectiveCamera } from "three";
 export class FrameCamera extends PerspectiveCamera {
   /** @type {Camera | null} of the newest frame */
   intrinsics = null;
-  /** What of the image the canvas shows, pixels; it reaches beyond the image where `contain` leaves borders. */
+  /** What of the image the canvas shows; it reaches beyond the image where `contain` leaves borders. @type {Region} */
   region = { left: 0, top: 0, right: 1, bottom: 1 };
 
   /** @param {{ near?: number, far?: number, fit?: FrameFit }} [options] near and far in mm, default 20 and 10,000; fit default `cover` */
@@ -37,19 +39,24 @@ export class FrameCamera extends PerspectiveCamera {
    * @param {{ width: number, height: number }} canvas its size in any unit: the element, or a Vector2 from `renderer.getSize`
    */
   setIntrinsics(intrinsics, canvas) {
-    const { width, height, fx, fy, cy } = intrinsics;
+    const { width, height } = intrinsics;
     const [perWidth, perHeight] = [canvas.width / width, canvas.height / height];
-    const scale = this.fit === "cover" ? Math.max(perWidth, perHeight) : Math.min(perWidth, perHeight);
+    const most = this.fit === "cover" ? Infinity : this.fit === "contain" ? 1 : this.fit;
+    const scale = Math.min(Math.max(perWidth, perHeight), most * Math.min(perWidth, perHeight));
     const [halfWidth, halfHeight] = [canvas.width / scale / 2, canvas.height / scale / 2];
     this.intrinsics = intrinsics;
-    this.region = {
-      left: width / 2 - halfWidth,
-      top: height / 2 - halfHeight,
-      right: width / 2 + halfWidth,
-      bottom: height / 2 + halfHeight,
-    };
-    this.aspect = ((this.region.right - this.region.left) * fy) / ((this.region.bottom - this.region.top) * fx);
-    const { top, bottom } = this.region;
+    this.lookAtRegion({ left: width / 2 - halfWidth, top: height / 2 - halfHeight, right: width / 2 + halfWidth, bottom: height / 2 + halfHeight });
+  }
+
+  /**
+   * Sees a part of the image alone, which the canvas then shows, until the next {@link setIntrinsics}.
+   *
+   * @param {Region} region
+   */
+  lookAtRegion(region) {
+    const { fx, fy, cy } = this.intrinsics ?? { fx: 1, fy: 1, cy: 0 };
+    const { left, top, right, bottom } = (this.region = region);
+    this.aspect = ((right - left) * fy) / ((bottom - top) * fx);
     this.fov = MathUtils.radToDeg(Math.atan((cy - top) / fy) + Math.atan((bottom - cy) / fy));
     this.updateProjectionMatrix();
   }

@@ -61,8 +61,8 @@ export class Sheet extends Group {
     /** Draws nothing, and hides what is behind the sheet: both sides do. */
     this.occluder = this.#layer(occluderMaterial(), ORDER.occluder);
     /** What is printed on it; null for none. The blank back stays as the camera sees it. */
-    this.paper = material ? this.#layer(material, ORDER.paper) : null;
-    if (material?.vertexColors) this.#shade();
+    this.paper = /** @type {Mesh | null} */ (null);
+    if (material) this.material = material;
     if (map) this.map = map;
     /** The light on what stands on it, where `light` asks for it. @type {PaperLight | null} */
     this.light = light ? new PaperLight() : null;
@@ -71,6 +71,7 @@ export class Sheet extends Group {
     this.#shade();
     this.#layer(coverMaterial(), ORDER.cover);
     this.#shadow = this.#layer(new ShadowMaterial({ transparent: true, depthWrite: false }), ORDER.shadow);
+    this.#shadow.visible = false;
   }
 
   /** The new print; null for none. Setting it takes the place of the print before, whose texture stays the page's. */
@@ -80,10 +81,20 @@ export class Sheet extends Group {
 
   /** @param {Texture | null} map */
   set map(map) {
-    if (this.paper) /** @type {Material} */ (this.paper.material).dispose();
+    this.material = map && paperMaterial(map);
+  }
+
+  /** What its paper is drawn with; null for nothing. Setting it disposes of the material before. @returns {Material | null} */
+  get material() {
+    return /** @type {Material | undefined} */ (this.paper?.material) ?? null;
+  }
+
+  /** @param {Material | null} material */
+  set material(material) {
+    this.material?.dispose();
     this.paper?.removeFromParent();
-    this.paper = map && this.#layer(paperMaterial(map), ORDER.paper);
-    if (map) this.#shade();
+    this.paper = material && this.#layer(material, ORDER.paper);
+    if (material?.vertexColors) this.#shade();
   }
 
   /**
@@ -191,6 +202,7 @@ export class Sheet extends Group {
    */
   #lightUp(mesh, { number, camera }, frame, certain, atMs) {
     const anchors = this.#anchors();
+    if (this.#shadow) this.#shadow.visible = anchors.length > 0;
     if (!this.#shading || (!this.paper && anchors.length === 0)) return;
     const { vertices, covering, colors } = this.#shading;
     const seen = covering instanceof MaskCovering ? covering.follow(number, mesh, certain) : covering.follow(mesh, certain);

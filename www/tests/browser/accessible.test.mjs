@@ -122,7 +122,8 @@ test("a screen reader is told a few sentences while the clip runs, not every fig
 test("who wants less motion gets none that only decorates", { timeout: SLOW_MS }, async () => {
   const moving = async (reducedMotion) => {
     const demo = await openDemo(browser, { device: { ...PHONE, reducedMotion } });
-    // Its hero stands still on a machine without a GPU anyway.
+    if (reducedMotion === "reduce") assert.ok(await demo.page.evaluate(() => document.querySelector("#hero").paused), "the film stands still");
+    else await demo.page.waitForFunction(() => document.querySelector("#hero").currentTime > 0);
     const found = await demo.page.evaluate(() => {
       document.querySelector("#live").hidden = false;
       document.querySelector("#loading-bar").removeAttribute("value");

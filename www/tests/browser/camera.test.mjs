@@ -150,7 +150,7 @@ for (const [name, size] of Object.entries({ desktop: DESKTOP, phone: PHONE })) {
         await page.waitForSelector('#state[data-state="found"]');
         await demo.screenshot(`${name}-overlay-${paper}`);
       }
-      for (const overlay of ["depth", "mask", "plain"]) {
+      for (const overlay of ["depth", "plain"]) {
         await page.click(`[data-overlay="${overlay}"]`);
         await overlayIs(overlay);
         assert.equal(await page.isVisible("#papers"), false);

@@ -1,4 +1,4 @@
-// A thing that stands on the sheet, judged by the pixels that the stage draws and by where they must be.
+// A thing that stands on the sheet, judged by the pixels that the scene draws and by where they must be.
 
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
@@ -6,7 +6,7 @@ import { after, before, test } from "node:test";
 import { SurfaceMesh, SurfacePose } from "deepsft";
 import { OBJECTS } from "../../demo/objects/objects.js";
 import { STRIDE } from "../../demo/objects/solids.js";
-import { SCALE } from "../../demo/stage/object-layer.js";
+import { SCALE } from "../../demo/objects/standing.js";
 import { SLOW_MS, launch, openDemo } from "../support/browser.mjs";
 import { decodePng } from "../support/png.mjs";
 import { depthsOf, inner } from "../support/silhouettes.mjs";
@@ -62,31 +62,55 @@ let browser;
 before(async () => (browser = await launch({ webgpu: false })));
 after(() => browser?.close());
 
-/** A stage in the page's place; `draw` has it draw an object on a sheet and gives the pixels. */
+/** A scene in the page's place, with frames and meshes that are made here; `draw` has it draw an object on a sheet and gives the pixels. */
 async function onStage(software, body) {
   const { width, height } = CAMERA;
   const demo = await openDemo(browser, { device: { viewport: { width, height } } });
   const { page } = demo;
   await page.evaluate(
     async ([software, camera, topology, size, color]) => {
-      const [{ Stage }, { SurfaceMesh }, { TemplateLight }] = await Promise.all(["./demo/stage/stage.js", "deepsft", "deepsft/light"].map((name) => import(name)));
-      document.body.innerHTML = '<div id="live"><div id="below"><canvas></canvas><canvas></canvas></div><canvas id="stage"></canvas></div>';
-      document.body.dataset.view = "live";
+      const modules = ["deepsft", "deepsft/scene", "./demo/live/overlays.js", "./src/results/tracked-frame.js"];
+      const [{ SurfaceMesh }, { start }, { Overlays }, { TrackedFrame, TrackedTarget }] = await Promise.all(modules.map((name) => import(name)));
+      const place = document.createElement("div");
+      place.style.cssText = "position: fixed; inset: 0";
+      document.body.replaceChildren(place);
       const mesh = { faces: Uint32Array.from(topology.faces), textureCoordinates: Float32Array.from(topology.textureCoordinates) };
       const texture = new ImageData(297, 210);
-      texture.data.fill(200);
-      const stage = new Stage(document.querySelector("#stage"), document.querySelector("#below"), software);
-      stage.setTemplate({ texture, mesh, ...size }, new TemplateLight(texture));
+      // Detail everywhere: what covers it is told by it.
+      for (let i = 0; i < texture.data.length; i += 4) texture.data.fill((i / 4) % 2 ? 230 : 160, i, i + 3);
+      const target = { kind: "picture", name: "print", unit: "mm", mesh, texture, ...size };
+      /** Gives a frame to the scene. */
+      let give;
+      const session = Object.assign(new EventTarget(), {
+        close: () => undefined,
+        async *[Symbol.asyncIterator]() {
+          for (;;) yield await new Promise((resolve) => (give = resolve));
+        },
+      });
+      const sft = { targets: [target], follow: () => session };
+      const view = await start(place, { sft, source: document.createElement("video"), screens: false });
+      view.software = software;
+      const overlays = new Overlays(view, target);
       const pen = new OffscreenCanvas(camera.width, camera.height).getContext("2d");
+      pen.fillStyle = color;
+      pen.fillRect(0, 0, camera.width, camera.height);
+      let number = 0;
+      const drawn = () => new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve)));
+      const show = async (surface) => {
+        const seen = new TrackedTarget({ target, mesh: surface, held: false, correlation: 1, iterations: 1 });
+        while (!give) await drawn();
+        give(new TrackedFrame({ number: ++number, timeMs: number, targets: [seen], camera, times: {}, networkFps: 0, frame: await createImageBitmap(pen.canvas) }));
+        await drawn();
+      };
       globalThis.draw = async ({ name, vertices, seen, tap, overlay = "object", deviations = [] }) => {
-        stage.overlay = overlay;
-        stage.object = name;
-        pen.fillStyle = color;
-        pen.fillRect(0, 0, camera.width, camera.height);
-        const surface = new SurfaceMesh({ vertices: Float32Array.from(vertices), confidence: new Float32Array(seen.length).fill(1), deviations: Float32Array.from(deviations) }, mesh, "tracking");
-        stage.showMesh({ frame: await createImageBitmap(pen.canvas), camera }, surface, Float32Array.from(seen));
-        if (tap) stage.placeObjectAt(...tap);
-        stage.draw(0);
+        overlays.show({ overlay, object: name, paper: "aurora" });
+        const surface = new SurfaceMesh({ vertices: Float32Array.from(vertices), confidence: Float32Array.from(seen), deviations: Float32Array.from(deviations) }, mesh, "tracking");
+        // What was known of the sheet before is forgotten.
+        await show(null);
+        overlays.follow(surface, { near: 0, far: 1, step: 1 });
+        await show(surface);
+        if (tap) overlays.placeObjectAt(tap[0] / camera.width, tap[1] / camera.height);
+        await drawn();
       };
     },
     [software, CAMERA, { faces: [...TOPOLOGY.faces], textureCoordinates: [...TOPOLOGY.textureCoordinates] }, SHEET, FRAME],

@@ -461,7 +461,7 @@ test("a component of React in strict mode has one scene and one camera, and none
     // Else there is a picture of what is looked for too.
     await page.waitForSelector("[data-deepsft=running]");
     await demo.screenshot("scene-react");
-    const counts = () => page.evaluate(() => [document.querySelectorAll("#root canvas").length, opened.filter(({ readyState }) => readyState === "live").length]);
+    const counts = () => page.evaluate(() => [document.querySelectorAll("#root [data-deepsft]").length, opened.filter(({ readyState }) => readyState === "live").length]);
     assert.deepEqual(await counts(), [1, 1]);
     assert.equal(await page.evaluate(() => opened.length), 2, "it was mounted twice");
     await page.evaluate(() => leave());

@@ -12,7 +12,7 @@ before(async () => (browser = await launch({ webgpu: false })));
 after(() => browser?.close());
 
 /** The picture without what lies over it. */
-const BARE = "#live > :not(canvas, #below) { visibility: hidden !important } #orbit { display: none !important }";
+const BARE = "#live > :not(#stage) { visibility: hidden !important }";
 
 /** What a button hands over as a download. */
 async function downloaded(page, selector) {
@@ -28,18 +28,22 @@ function difference(a, b) {
   return sum / (3 * count);
 }
 
-/** The clip, found and stopped in a moment in which it is. */
+/** The clip, found and stopped in a moment in which it is followed: a busy machine loses it now and then. */
 async function stopped(page) {
   await page.click("#use-clip");
-  await page.waitForSelector('#live[data-mesh="true"]');
-  await page.waitForSelector("#measures:not([hidden])");
-  await page.evaluate(() => document.querySelector("#video").pause());
-  // The tracker ends with the frame that it has.
-  let last;
-  for (let same = 0; same < 16; await page.waitForTimeout(250)) {
-    const now = await page.evaluate(() => document.querySelector("#stage").style.transform + document.querySelector("#track-ms").textContent);
-    same = now === last ? same + 1 : 0;
-    last = now;
+  for (let isFollowed = false; !isFollowed; ) {
+    await page.evaluate(() => void document.querySelector("#video").play());
+    await page.waitForSelector('#live[data-mesh="true"]');
+    await page.waitForSelector("#measures:not([hidden])");
+    await page.evaluate(() => document.querySelector("#video").pause());
+    // The tracker ends with the frame that it has.
+    let last;
+    for (let same = 0; same < 8; await page.waitForTimeout(250)) {
+      const now = await page.evaluate(() => document.querySelector("#stage canvas:last-child").style.transform + document.querySelector("#track-ms").textContent);
+      same = now === last ? same + 1 : 0;
+      last = now;
+    }
+    isFollowed = await page.evaluate(() => document.querySelector("#state").dataset.how === "tracked");
   }
 }
 

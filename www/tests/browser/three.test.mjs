@@ -10,8 +10,7 @@ import { after, before, test } from "node:test";
 import { CANONICAL_FOCAL, canonicalSize, imageFromCanonical } from "deepsft";
 import { OBJECTS } from "../../demo/objects/objects.js";
 import { STRIDE } from "../../demo/objects/solids.js";
-import { SCALE } from "../../demo/stage/object-layer.js";
-import { viewOf } from "../../demo/stage/view.js";
+import { SCALE } from "../../demo/objects/standing.js";
 import { SLOW_MS, launch, openDemo } from "../support/browser.mjs";
 import { readStamp, stamp, stampPoints } from "../support/barcode.mjs";
 import { makeClip } from "../support/clips.mjs";
@@ -270,20 +269,16 @@ test("on the demo page the house stands where the sheet truly is", { timeout: 2 
   await page.waitForSelector('#live[data-mesh="true"]');
   await page.click('#overlays [data-overlay="object"]');
   // Nothing but the stage is to be seen; what is where stays.
-  const covered = await page.evaluate(() => {
-    for (const element of document.querySelectorAll("#live > :not(#stage, #below)")) element.style.visibility = "hidden";
-    const edge = (selector) => document.querySelector(selector).getBoundingClientRect();
-    return { top: edge("#live .bar").bottom, bottom: innerHeight - edge("#overlays").top };
+  await page.evaluate(() => {
+    for (const element of document.querySelectorAll("#live > :not(#stage)")) element.style.visibility = "hidden";
   });
-  const { scale, left, top } = viewOf({ width, height, ...covered }, { ...clip.camera, distortion: [0, 0, 0, 0, 0] });
-  // The clip's picture at the page's size.
-  const camera = { width, height, fx: clip.camera.fx * scale, fy: clip.camera.fy * scale, cx: clip.camera.cx * scale + left, cy: clip.camera.cy * scale + top };
+  const { camera } = clip;
   const corners = OBJECTS.house();
   let shots = 0;
   for (const until = Date.now() + SLOW_MS; shots < SHOTS; ) {
     assert.ok(Date.now() < until, "the film does not show what is waited for");
     const picture = decodePng(await page.screenshot());
-    const film = readStamp(stampPoints(height).map(([x, y]) => colorAt(picture, Math.round(x * scale + left), Math.round(y * scale + top))[1]));
+    const film = readStamp(stampPoints(height).map(([x, y]) => colorAt(picture, x, y)[1]));
     if (!isFollowed(film)) continue;
     const frame = ofFilm(clip.frames, film);
     const pose = ofFilm(sheets, film).pose(0.5, 0.5);
@@ -291,14 +286,12 @@ test("on the demo page the house stands where the sheet truly is", { timeout: 2 
     const house = [...depthsOf(placed, camera)].map((depth) => depth < Infinity);
     const changed = house.map((_, i) => {
       const [x, y] = [i % width, Math.floor(i / width)];
-      const [column, row] = [Math.floor((x + 0.5 - left) / scale), Math.floor((y + 0.5 - top) / scale)];
-      if (column < 1 || row < 1 || column >= width - 1 || row >= height - 1) return false;
+      if (x < 1 || y < 1 || x >= width - 1 || y >= height - 1) return false;
       const [r, g, b] = colorAt(picture, x, y);
-      // The page shows the frame at another size: a pixel between its neighbours.
       const { rgb } = frame.picture;
       for (let dy = -1; dy <= 1; dy++)
         for (let dx = -1; dx <= 1; dx++) {
-          const at = 3 * ((row + dy) * clip.camera.width + column + dx);
+          const at = 3 * ((y + dy) * width + x + dx);
           if (Math.abs(rgb[at] - r) + Math.abs(rgb[at + 1] - g) + Math.abs(rgb[at + 2] - b) <= CHANGED) return false;
         }
       return true;

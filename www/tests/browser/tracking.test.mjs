@@ -250,7 +250,7 @@ for (const [name, device] of Object.entries({ desktop: DESKTOP, phone: PHONE }))
       await page.waitForFunction(() => document.querySelector("#video").readyState > 1);
       await page.evaluate(() => (document.querySelector("#video").playbackRate = 0.25));
       await page.waitForSelector('#live[data-mesh="true"]');
-      for (const overlay of ["paper", "object", "shaded", "mesh", "depth", "mask", "plain"]) {
+      for (const overlay of ["paper", "object", "shaded", "mesh", "depth", "plain"]) {
         await page.click(`[data-overlay="${overlay}"]`);
         await page.waitForSelector(`[data-overlay="${overlay}"][aria-checked="true"]`);
         await hasDrawn(page);
@@ -280,18 +280,27 @@ test("graphics contexts that are taken away and given back are drawn on again", 
     await page.waitForSelector('#live[data-mesh="true"]');
     await page.click('[data-overlay="shaded"]');
     await page.evaluate(() => {
-      globalThis.lost = ["stage", "orbit"].map((id) =>
-        document.getElementById(id).getContext("webgl2").getExtension("WEBGL_lose_context"),
+      globalThis.lost = ["#stage canvas:last-child", "#orbit"].map((place) =>
+        document.querySelector(place).getContext("webgl2").getExtension("WEBGL_lose_context"),
       );
       for (const context of lost) context.loseContext();
     });
-    await page.waitForFunction(() => document.querySelector("#loading-text").textContent.startsWith("Waiting for the graphics"));
-    assert.ok(await page.isVisible("#loading"));
+    // The camera's picture goes on.
+    await hasDrawn(page);
     await page.evaluate(() => {
       for (const context of lost) context.restoreContext();
     });
-    await page.waitForSelector("#loading", { state: "hidden" });
+    await hasDrawn(page);
     await page.waitForSelector('#live[data-mesh="true"]');
+    await page.evaluate(() => document.querySelector("#video").pause());
+    await page.waitForTimeout(1500);
+    const box = await page.locator("#stage canvas:last-child").boundingBox();
+    const middle = { x: box.x + box.width / 2 - 40, y: box.y + box.height / 2 - 40, width: 80, height: 80 };
+    const shaded = await page.screenshot({ clip: middle });
+    await page.click('[data-overlay="plain"]');
+    await page.waitForTimeout(300);
+    assert.ok(!shaded.equals(await page.screenshot({ clip: middle })), "what is drawn over the picture is back");
+    await page.click('[data-overlay="shaded"]');
     assert.equal(await page.getAttribute('#overlays [data-overlay="shaded"]', "aria-checked"), "true");
     await page.focus("#orbit");
     await page.keyboard.press("ArrowLeft");

@@ -3,14 +3,16 @@ import { CameraStream } from "../camera/camera-stream.js";
 import { DeepSft } from "../deepsft.js";
 import { DeepSftError } from "../error.js";
 import { Recording } from "../record/recording.js";
+import { TrackedFrame } from "../results/tracked-frame.js";
 import { FrameCamera } from "../three/frame-camera.js";
 import { SceneSheet } from "./scene-sheet.js";
 import type { CameraOption } from "../camera/intrinsics.js";
 import type { Facing } from "../camera/request.js";
 import type { LoadOptions, PictureOptions } from "../deepsft.js";
 import type { ImageInput } from "../frames/image-input.js";
-import type { TrackedFrame } from "../results/tracked-frame.js";
+import type { Estimate } from "../results/estimate.js";
 import type { Target } from "../targets/target.js";
+import type { FrameFit } from "../three/frame-camera.js";
 import type { FrameSource } from "../tracking/session.js";
 import type { Smoothing } from "../tracking/tracker-worker.js";
 import type { OwnScreens } from "./screens.js";
@@ -44,13 +46,25 @@ export type SceneOptions = {
      */
     sft?: DeepSft;
     /**
+     * those of them that are looked for, default all
+     */
+    targets?: Target[];
+    /**
      * what is shown in place of a camera: a video that plays, an open camera, or frames of one's own
      */
     source?: FrameSource;
     /**
+     * what is shown in place of a video: one picture, which the first target is looked for in
+     */
+    photograph?: ImageInput;
+    /**
      * intrinsics of the source, where they are known
      */
     camera?: CameraOption;
+    /**
+     * how the camera's picture fills the container, default `cover`
+     */
+    fit?: FrameFit;
     /**
      * which way the camera looks, default `environment`; the picture of one that looks at the person is mirrored
      */
@@ -79,6 +93,10 @@ export type SceneOptions = {
      * options of `DeepSft.load`
      */
     load?: Pick<LoadOptions, "device" | "baseUrl" | "onProgress">;
+    /**
+     * as in `sft.follow`; the scene closes the estimate
+     */
+    onEstimate?: (estimate: Estimate, frame: number) => void;
     /**
      * closes the scene
      */
@@ -116,17 +134,19 @@ export type SceneEvents = {
 /** A scene that runs until it is closed. {@link start} makes it. */
 export declare class SceneView extends EventTarget {
     #private;
-    renderer: WebGLRenderer;
     /** Whether the processor does the drawing. */
     software: boolean;
+    renderer: WebGLRenderer;
     /** The scene of three.js; the camera stands in its origin. A unit is a millimetre. */
     scene: Scene<import("three").Object3DEventMap>;
-    /** Sees what the video's camera sees. */
+    /** Sees what the video's camera sees. @type {FrameCamera} */
     camera: FrameCamera;
     /** The camera that is open. @type {CameraStream | null} */
     stream: CameraStream | null;
     /** Why it stands still. @type {DeepSftError | null} */
     error: DeepSftError | null;
+    /** Time the last drawing took, milliseconds. */
+    drawMs: number;
     /**
      * Use {@link start}.
      *
@@ -181,6 +201,8 @@ export declare class SceneView extends EventTarget {
      * @throws {DeepSftError} `browser-unsupported`
      */
     record(): Recording;
+    /** Draws anew what a page has changed: the scene draws by itself what moves with the camera's picture. */
+    refresh(): void;
     /** Ends it, frees the camera, and takes it out of the page. Models that were added stay the page's. */
     close(): void;
     /** Closes it at the end of the block of a `using` declaration. */

@@ -47,7 +47,7 @@ export declare class Sheet extends Group {
     /** Draws nothing, and hides what is behind the sheet: both sides do. */
     occluder: Mesh<SurfaceGeometry, Material<import("three").MaterialEventMap>, import("three").Object3DEventMap>;
     /** What is printed on it; null for none. The blank back stays as the camera sees it. */
-    paper: Mesh<SurfaceGeometry, Material<import("three").MaterialEventMap>, import("three").Object3DEventMap> | null;
+    paper: Mesh<import("three").BufferGeometry<import("three").NormalBufferAttributes, import("three").BufferGeometryEventMap>, Material<import("three").MaterialEventMap>[] | Material<import("three").MaterialEventMap>, import("three").Object3DEventMap> | null;
     /** The light on what stands on it, where `light` asks for it. @type {PaperLight | null} */
     light: PaperLight | null;
     /**
@@ -59,6 +59,10 @@ export declare class Sheet extends Group {
     get map(): Texture | null;
     /** @param {Texture | null} map */
     set map(map: Texture | null);
+    /** What its paper is drawn with; null for nothing. Setting it disposes of the material before. @returns {Material | null} */
+    get material(): Material | null;
+    /** @param {Material | null} material */
+    set material(material: Material | null);
     /**
      * An object whose pose follows a place on the sheet.
      *

@@ -1,62 +1,11 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { CANONICAL_HEIGHT, CANONICAL_WIDTH } from "deepsft";
 import { depthRange, depthTicks, heatRow } from "../../demo/graphics/heat.js";
 import { TemplateLight, VertexLight } from "deepsft/light";
-import { shadingOf, shadingSize, tintOf } from "../../demo/stage/shading.js";
 
 const byteOf = (linear) =>
   Math.round(255 * (linear <= 0.0031308 ? 12.92 * linear : 1.055 * linear ** (1 / 2.4) - 0.055));
-
-/** A template of two grey halves, and a sheet that covers columns 80 to 400 of the canonical image, lit by `light`. */
-function lit(light) {
-  const [width, height] = [64, 32];
-  const data = new Uint8ClampedArray(4 * width * height);
-  const print = (u) => (u < 0.5 ? 0.8 : 0.2);
-  for (let i = 0; i < width * height; i++) data.fill(byteOf(print((i % width) / width)), 4 * i, 4 * i + 3);
-  const canonical = { data: new Uint8ClampedArray(4 * CANONICAL_WIDTH * CANONICAL_HEIGHT), width: CANONICAL_WIDTH, height: CANONICAL_HEIGHT };
-  const registration = new Float32Array(2 * CANONICAL_WIDTH * CANONICAL_HEIGHT).fill(-1);
-  const mask = new Uint8Array(CANONICAL_WIDTH * CANONICAL_HEIGHT);
-  for (let y = 0; y < CANONICAL_HEIGHT; y++) {
-    for (let x = 80; x < 400; x++) {
-      const i = y * CANONICAL_WIDTH + x;
-      const u = (x + 0.5 - 80) / 320;
-      mask[i] = 1;
-      registration.set([u, (y + 0.5) / CANONICAL_HEIGHT], 2 * i);
-      canonical.data.set(
-        light(u).map((l) => byteOf(l * print(u))),
-        4 * i,
-      );
-    }
-  }
-  const lit = [canonical, registration, mask, new TemplateLight({ data, width, height })];
-  return { shading: shadingOf(...lit), tint: tintOf(...lit) };
-}
-
-const CELLS = shadingSize({ width: CANONICAL_WIDTH, height: CANONICAL_HEIGHT });
-const at = (shading, x, y) => shading[Math.floor(y / 4) * CELLS.width + Math.floor(x / 4)];
-
-test("a sheet in half the light has shading one half, on its bright and its dark print alike", () => {
-  const { shading, tint } = lit(() => [0.5, 0.5, 0.5]);
-  assert.equal(shading.length, CELLS.width * CELLS.height);
-  // The floor of 0.02 on both sides moves 0.5 to (0.1 + 0.02) / (0.2 + 0.02) = 0.545 at the darkest.
-  for (const x of [84, 160, 230, 250, 320, 396])
-    assert.ok(Math.abs(at(shading, x, 135) - 0.5) < 0.05, `${x}: ${at(shading, x, 135)}`);
-  tint.forEach((c) => assert.ok(Math.abs(c - 1) < 0.02));
-});
-
-test("light that fades across the sheet is found again, and warm light gives a warm tint", () => {
-  const { shading, tint } = lit((u) => [1.1 * (1 - 0.5 * u), 1 - 0.5 * u, 0.8 * (1 - 0.5 * u)]);
-  for (const [x, u] of [
-    [120, 0.125],
-    [200, 0.375],
-    [360, 0.875],
-  ]) {
-    assert.ok(Math.abs(at(shading, x, 100) / (1 - 0.5 * u) - 1) < 0.08, `${x}: ${at(shading, x, 100)}`);
-  }
-  assert.ok(tint[0] > 1.05 && tint[2] < 0.85, `${tint}`);
-});
 
 test("the depth scale covers the sheet with round labels", () => {
   const depth = Float32Array.from({ length: 7000 }, (_, i) => (i % 2 === 0 ? 400 + (i / 7000) * 200 : -1));

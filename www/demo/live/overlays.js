@@ -1,0 +1,140 @@
+// What the person chose to see on the sheet of a scene.
+
+import { Raycaster, Vector2 } from "three";
+import { prefersStillness } from "../graphics/animation.js";
+import { PaperPainter } from "../graphics/paper-painter.js";
+import { SCALE, Standing } from "../objects/standing.js";
+import { MeshLines, depthMaterial, plasterMaterial, veilMaterial } from "./overlay-materials.js";
+
+/** @import { SurfaceMesh, Target } from "deepsft" */
+/** @import { SceneView } from "deepsft/scene" */
+/** @import { Anchor } from "deepsft/three" */
+/** @import { Paper } from "../graphics/papers.js" */
+/** @import { ObjectName } from "../objects/objects.js" */
+
+/** @typedef {"paper" | "object" | "shaded" | "mesh" | "depth" | "plain"} Overlay */
+/** @typedef {{ overlay: Overlay, paper: Paper, object: ObjectName }} Choice */
+
+/** The moment at which papers look well that do not move. */
+const STILL_SECONDS = 5.2;
+/** A place nearer to the border would have an object stand half in the air, of the sheet's sides. */
+const BORDER = 0.1;
+
+export class Overlays {
+  #view;
+  #target;
+  #sheet;
+  /** @type {Choice | null} */
+  #choice = null;
+  /** @type {PaperPainter | null} */
+  #painter = null;
+  /** @type {ReturnType<typeof depthMaterial> | null} */
+  #depth = null;
+  /** @type {MeshLines | null} */
+  #lines = null;
+  /** @type {{ anchor: Anchor, standing: Standing } | null} */
+  #object = null;
+  /** Where an object stands, (u, v). @type {[number, number]} */
+  #place = [0.5, 0.5];
+
+  /**
+   * @param {SceneView} view
+   * @param {Target} target
+   */
+  constructor(view, target) {
+    this.#view = view;
+    this.#target = target;
+    this.#sheet = view.sheet(target);
+  }
+
+  /** @param {Choice} choice */
+  show(choice) {
+    const { overlay, object } = (this.#choice = choice);
+    const sheet = this.#sheet;
+    this.#clear();
+    if (overlay === "paper") this.#print();
+    if (overlay === "shaded") sheet.material = plasterMaterial(this.#target);
+    if (overlay === "depth") sheet.material = this.#depth = depthMaterial();
+    if (overlay === "mesh") {
+      sheet.material = veilMaterial();
+      sheet.add((this.#lines = new MeshLines(sheet)));
+    }
+    if (overlay === "object") {
+      const standing = new Standing(object);
+      const { widthMm, heightMm } = this.#target;
+      standing.scale.setScalar(SCALE * Math.min(1, heightMm / widthMm));
+      this.#object = { anchor: sheet.anchor(...this.#place, { unit: "width" }), standing };
+      this.#object.anchor.add(standing);
+    }
+    this.#view.refresh();
+  }
+
+  /**
+   * Takes over a frame, before it is drawn.
+   *
+   * @param {SurfaceMesh | null} mesh
+   * @param {{ near: number, far: number, step: number }} depthScale in the target's unit
+   */
+  follow(mesh, { near, far, step }) {
+    this.#depth?.uniforms.u_scale.value.set(near, far, step);
+    if (mesh) this.#lines?.follow(mesh);
+  }
+
+  /** Moves what moves by itself, before it is drawn. */
+  animate() {
+    const seconds = performance.now() / 1000;
+    this.#object?.standing.sway(seconds);
+    if (this.#choice?.overlay === "paper" && !this.#view.software && !prefersStillness()) this.#painter?.paint(this.#choice.paper, seconds);
+  }
+
+  /**
+   * Has the object stand where the sheet is seen on the page.
+   *
+   * @param {number} x of the view's width, 0 to 1
+   * @param {number} y of its height, downwards
+   */
+  placeObjectAt(x, y) {
+    if (!this.#object) return;
+    const ray = new Raycaster();
+    ray.setFromCamera(new Vector2(2 * x - 1, 1 - 2 * y), this.#view.camera);
+    const [hit] = this.#sheet.visible ? ray.intersectObject(this.#sheet.occluder) : [];
+    if (hit?.uv) this.#stand(hit.uv.x, 1 - hit.uv.y);
+  }
+
+  /**
+   * @param {number} u how far the object is moved, of the print's sides
+   * @param {number} v
+   */
+  moveObject(u, v) {
+    if (this.#object) this.#stand(this.#place[0] + u, this.#place[1] + v);
+  }
+
+  dispose() {
+    this.#clear();
+    this.#painter?.dispose();
+  }
+
+  /** @param {number} u @param {number} v */
+  #stand(u, v) {
+    const within = (/** @type {number} */ at) => Math.min(1 - BORDER, Math.max(BORDER, at));
+    this.#place = [within(u), within(v)];
+    this.#object?.anchor.place(...this.#place);
+    this.#object?.anchor.follow(this.#sheet.geometry, performance.now());
+    this.#view.refresh();
+  }
+
+  #print() {
+    this.#painter ??= new PaperPainter(this.#view.renderer, this.#target);
+    this.#painter.paint(this.#choice?.paper ?? "aurora", STILL_SECONDS);
+    this.#sheet.map = this.#painter.texture;
+  }
+
+  #clear() {
+    this.#sheet.material = null;
+    this.#lines?.removeFromParent();
+    this.#lines?.dispose();
+    this.#object?.anchor.removeFromParent();
+    this.#object?.standing.dispose();
+    [this.#depth, this.#lines, this.#object] = [null, null, null];
+  }
+}
