@@ -20,7 +20,7 @@ import { docsPageNamed, offlineFiles } from "./site.mjs";
 export const WWW = fileURLToPath(new URL(".", import.meta.url));
 export const ROOT = fileURLToPath(new URL("..", import.meta.url));
 
-const FOLDERS = { "/models/": join(ROOT, "models"), "/three/": join(WWW, "node_modules", "three", "build"), "/": WWW };
+export const FOLDERS = { "/models/": join(ROOT, "models"), "/three/": join(WWW, "node_modules", "three", "build"), "/": WWW };
 const OFFLINE = /^\/(service-worker|demo\/offline\/version)\.js$/;
 const DOCS = /^\/docs\/([\w-]+\.html|search\.json)$/;
 const REFERENCE = "/docs/api/";

@@ -49,17 +49,38 @@ const LEFT_OUT = /^\.|\.checkpoint|\.tmp$/;
  * @throws when a part is missing, or a folder that would be replaced holds anything else
  */
 export async function writeSite(out, parts = PARTS) {
-  const reference = await mkdtemp(join(tmpdir(), "deepsft-reference-"));
+  const made = await mkdtemp(join(tmpdir(), "deepsft-site-"));
   try {
-    return await writeSiteWith(reference, out, parts);
+    return await writeSiteWith(made, out, parts);
   } finally {
-    await rm(reference, { recursive: true, force: true });
+    await rm(made, { recursive: true, force: true });
   }
 }
 
-/** @param {string} reference an empty folder, for the pages of the reference */
-async function writeSiteWith(reference, out, parts) {
+/**
+ * three.js comes as it was written, 2.1 MB: a visitor gets a third of that.
+ *
+ * @param {Map<string, string>} sources changed
+ * @param {string} made
+ */
+async function minifyThree(sources, made) {
+  for (const [name, path] of sources) {
+    if (!/^three\/.*\.js$/.test(name)) continue;
+    // Tests of small sites have no use for it.
+    const { transform } = await import("esbuild");
+    const { code } = await transform(await readFile(path, "utf8"), { minify: true, format: "esm", legalComments: "inline" });
+    const small = join(made, basename(name));
+    await writeFile(small, code);
+    sources.set(name, small);
+  }
+}
+
+/** @param {string} made an empty folder, for what is made on the way */
+async function writeSiteWith(made, out, parts) {
   const sources = await sourcesOf(parts);
+  const reference = join(made, "reference");
+  await mkdir(reference);
+  await minifyThree(sources, made);
   if (sources.has(DOCS_INDEX)) {
     // TypeScript, which it is made with, is large; the tests have no use for it.
     const { writeReference } = await import("./reference.mjs");

@@ -12,7 +12,7 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 
 import { launchWithProfile } from "../tests/support/browser.mjs";
-import { ROOT, WWW, serve } from "../serve.mjs";
+import { FOLDERS, serve } from "../serve.mjs";
 
 const WINDOW = { width: 1280, height: 720 };
 /** The page stands open for so long before the click, and follows for so long before it is measured, milliseconds. */
@@ -126,8 +126,7 @@ function spent(before, after, frames) {
   return { all, ...Object.fromEntries(Object.entries(groups).filter(([, ms]) => ms >= 0.1).sort(([, a], [, b]) => b - a)) };
 }
 
-const folders = { "/models/": join(ROOT, "models"), "/": WWW };
-const server = await serve({ folders: clip ? { "/demo/clip.": clip, ...folders } : folders });
+const server = await serve({ folders: clip ? { "/demo/clip.": clip, ...FOLDERS } : FOLDERS });
 const profile = await mkdtemp(join(tmpdir(), "deepsft-demo-"));
 const browser = await launchWithProfile(profile, { webgpu: false, viewport: WINDOW });
 try {

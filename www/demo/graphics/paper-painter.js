@@ -1,6 +1,6 @@
 // A paper painted into a texture, which is printed on the sheet.
 
-import { Camera, LinearMipmapLinearFilter, Mesh, PlaneGeometry, SRGBColorSpace, ShaderMaterial, Vector2, WebGLRenderTarget } from "three";
+import { Camera, LinearMipmapLinearFilter, LinearMipmapNearestFilter, Mesh, PlaneGeometry, SRGBColorSpace, ShaderMaterial, Vector2, WebGLRenderTarget } from "three";
 import { PAPERS_GLSL, PAPER_FUNCTIONS } from "./papers.js";
 
 /** @import { WebGLRenderer } from "three" */
@@ -34,11 +34,12 @@ export class PaperPainter {
   /**
    * @param {WebGLRenderer} renderer
    * @param {{ widthMm: number, heightMm: number }} sheet
+   * @param {boolean} software whether the processor draws, for which fine filtering is dear
    */
-  constructor(renderer, { widthMm, heightMm }) {
+  constructor(renderer, { widthMm, heightMm }, software) {
     const scale = LENGTH / Math.max(widthMm, heightMm);
     const [width, height] = [widthMm, heightMm].map((side) => Math.max(1, Math.round(side * scale)));
-    const filtering = { generateMipmaps: true, minFilter: LinearMipmapLinearFilter, anisotropy: ANISOTROPY };
+    const filtering = { generateMipmaps: true, minFilter: software ? LinearMipmapNearestFilter : LinearMipmapLinearFilter, anisotropy: software ? 1 : ANISOTROPY };
     this.#renderer = renderer;
     this.#target = new WebGLRenderTarget(width, height, { ...filtering, colorSpace: SRGBColorSpace, depthBuffer: false });
     this.#uniforms = { u_size: { value: new Vector2(width, height) }, u_sheetMm: { value: new Vector2(widthMm, heightMm) }, u_seconds: { value: 0 } };

@@ -124,7 +124,7 @@ export class Overlays {
   }
 
   #print() {
-    this.#painter ??= new PaperPainter(this.#view.renderer, this.#target);
+    this.#painter ??= new PaperPainter(this.#view.renderer, this.#target, this.#view.software);
     this.#painter.paint(this.#choice?.paper ?? "aurora", STILL_SECONDS);
     this.#sheet.map = this.#painter.texture;
   }

@@ -3,6 +3,7 @@
 import { CanvasTexture, SRGBColorSpace, Texture, VideoTexture } from "three";
 import { unlessAborted } from "../abort.js";
 import { DeepSftError } from "../error.js";
+import { drawsInSoftware } from "./drawing-speed.js";
 import { closeFrame, readImage, transferableFrame } from "../frames/image-input.js";
 
 /** @import { ImageInput } from "../frames/image-input.js" */
@@ -20,7 +21,7 @@ import { closeFrame, readImage, transferableFrame } from "../frames/image-input.
  */
 
 const FILM = /\.(mp4|m4v|mov|webm|ogv)([?#]|$)/i;
-/** Sharp also where the sheet is seen at a slant. */
+/** Sharp also where the sheet is seen at a slant; dear where the processor draws. */
 const ANISOTROPY = 8;
 
 /**
@@ -115,7 +116,7 @@ function filmPrint(film, close) {
 /** @template {Texture} T @param {T} texture */
 function printed(texture) {
   texture.colorSpace = SRGBColorSpace;
-  texture.anisotropy = ANISOTROPY;
+  texture.anisotropy = drawsInSoftware() ? 1 : ANISOTROPY;
   return texture;
 }
 

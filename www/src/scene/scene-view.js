@@ -508,8 +508,10 @@ export class SceneView extends EventTarget {
     const { left, top, width, height } = this.#layers.getBoundingClientRect();
     const scale = Math.min(canvas.width / width, canvas.height / height);
     const isMirrored = this.#layers.style.transform !== "";
-    // The window may have turned since a recording began.
+    // What the picture leaves of it, also where the window has turned since a recording began.
     context.clearRect(0, 0, canvas.width, canvas.height);
+    context.fillStyle = getComputedStyle(this.#element.parentElement ?? this.#element).backgroundColor;
+    context.fillRect(0, 0, canvas.width, canvas.height);
     for (const layer of /** @type {NodeListOf<HTMLCanvasElement>} */ (this.#layers.querySelectorAll("canvas"))) {
       if (layer.style.visibility === "hidden") continue;
       const box = layer.getBoundingClientRect();

@@ -44,6 +44,8 @@ export class Sheet extends Group {
   #shading = null;
   /** @type {Mesh | null} */
   #shadow = null;
+  /** @type {Mesh | null} */
+  #cover = null;
 
   /**
    * @param {Target} target
@@ -69,7 +71,7 @@ export class Sheet extends Group {
     if (!this.light) return;
     this.add(this.light);
     this.#shade();
-    this.#layer(coverMaterial(), ORDER.cover);
+    this.#cover = this.#layer(coverMaterial(), ORDER.cover);
     this.#shadow = this.#layer(new ShadowMaterial({ transparent: true, depthWrite: false }), ORDER.shadow);
     this.#shadow.visible = false;
   }
@@ -203,6 +205,8 @@ export class Sheet extends Group {
   #lightUp(mesh, { number, camera }, frame, certain, atMs) {
     const anchors = this.#anchors();
     if (this.#shadow) this.#shadow.visible = anchors.length > 0;
+    // A print leaves out by itself what is covered.
+    if (this.#cover) this.#cover.visible = anchors.length > 0 || this.map === null;
     if (!this.#shading || (!this.paper && anchors.length === 0)) return;
     const { vertices, covering, colors } = this.#shading;
     const seen = covering instanceof MaskCovering ? covering.follow(number, mesh, certain) : covering.follow(mesh, certain);

@@ -301,6 +301,7 @@ test("graphics contexts that are taken away and given back are drawn on again", 
     await page.waitForTimeout(300);
     assert.ok(!shaded.equals(await page.screenshot({ clip: middle })), "what is drawn over the picture is back");
     await page.click('[data-overlay="shaded"]');
+    await page.evaluate(() => document.querySelector("#video").play());
     assert.equal(await page.getAttribute('#overlays [data-overlay="shaded"]', "aria-checked"), "true");
     await page.focus("#orbit");
     await page.keyboard.press("ArrowLeft");

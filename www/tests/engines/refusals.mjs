@@ -5,7 +5,7 @@ import { cp, mkdir, readFile, rm, writeFile } from "node:fs/promises";
 import { networkInterfaces } from "node:os";
 import { join } from "node:path";
 
-import { ROOT, WWW, serve } from "../../serve.mjs";
+import { FOLDERS, serve } from "../../serve.mjs";
 import { MODEL } from "../support/native.mjs";
 import { encodePng } from "../support/png.mjs";
 
@@ -50,8 +50,8 @@ export async function makeObstacles(folder) {
   if (!host) throw new Error("this machine is in no network: nothing here is insecure");
   const [open, refused, engineless] = await Promise.all([
     serve({ host }),
-    serve({ folders: { "/models/": models, "/": WWW } }),
-    serve({ folders: { "/models/": join(ROOT, "models"), "/dist/": nothing, "/": WWW } }),
+    serve({ folders: { ...FOLDERS, "/models/": models } }),
+    serve({ folders: { "/dist/": nothing, ...FOLDERS } }),
   ]);
   const servers = [open, refused, engineless];
   return {

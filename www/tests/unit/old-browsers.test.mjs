@@ -47,7 +47,7 @@ const DONE_WITHOUT = {
 };
 
 /** Names that BCD knows from newer interfaces, and we from our own objects and three.js. */
-const OURS = [".colorSpace", ".projectionMatrix", ".radius", ".reasons"];
+const OURS = [".projectionMatrix", ".radius", ".reasons"];
 
 /** Global objects and what they are. */
 const KINDS = {
