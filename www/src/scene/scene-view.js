@@ -151,11 +151,10 @@ export class SceneView extends EventTarget {
     }
     this.renderer.shadowMap.enabled = true;
     Object.assign(this.#layers.style, { position: "absolute", inset: "0" });
-    this.canvas.setAttribute("role", "img");
-    this.canvas.setAttribute("aria-label", "The camera's picture, with what is put into it");
+    this.#layers.setAttribute("role", "img");
+    this.#layers.setAttribute("aria-label", "The camera's picture, with what is put into it");
     hide(this.#video);
     this.#video.setAttribute("aria-hidden", "true");
-    this.#below.canvas.setAttribute("aria-hidden", "true");
     this.#layers.append(this.canvas);
     element.append(this.#video, this.#layers);
     this.scene.add(this.#background);
