@@ -48,13 +48,14 @@ for (const [name, canvas] of [
   ["that is wider", { width: 900, height: 300 }],
   ["that is upright", { width: 390, height: 844 }],
 ]) {
-  for (const fit of ["cover", "contain"]) {
+  for (const fit of ["cover", "contain", 1.12]) {
     test(`on a canvas ${name}, ${fit}, a point is drawn where our camera model sees it`, () => {
       const camera = new FrameCamera({ fit });
       camera.setIntrinsics(INTRINSICS, canvas);
       // As CSS defines object-fit, with the image in the middle.
       const scales = [canvas.width / INTRINSICS.width, canvas.height / INTRINSICS.height];
-      const scale = fit === "cover" ? Math.max(...scales) : Math.min(...scales);
+      const most = { cover: Infinity, contain: 1 }[fit] ?? fit;
+      const scale = Math.min(Math.max(...scales), most * Math.min(...scales));
       const random = noise(7);
       for (let i = 0; i < 100; i++) {
         const point = [300 * random(), 300 * random(), 600 + 500 * random()];
@@ -70,6 +71,24 @@ for (const [name, canvas] of [
     });
   }
 }
+
+test("a camera that looks at a part of the image draws there what it drew before", () => {
+  const camera = new FrameCamera();
+  camera.setIntrinsics(INTRINSICS, { width: 1280, height: 720 });
+  const [whole, part] = [camera.region, { left: 300, top: 120, right: 700, bottom: 320 }];
+  const places = [[-40, 60, 700], [10, -35, 420], [-90, -20, 900]].map((point) => {
+    const seen = () => new Vector3(point[0], -point[1], -point[2]).project(camera);
+    camera.lookAtRegion(whole);
+    const { x, y } = seen();
+    camera.lookAtRegion(part);
+    const inPart = seen();
+    near(part.left + ((inPart.x + 1) / 2) * 400, ((x + 1) / 2) * 1280, 1e-9);
+    near(part.top + ((1 - inPart.y) / 2) * 200, ((1 - y) / 2) * 720, 1e-9);
+    return inPart;
+  });
+  assert.ok(places.some(({ x }) => Math.abs(x) < 1));
+  near(camera.aspect, (400 * INTRINSICS.fy) / (200 * INTRINSICS.fx), 1e-12);
+});
 
 test("near and far are millimetres, and the projection is inverted with them", () => {
   const camera = new FrameCamera({ near: 50, far: 2000 });
