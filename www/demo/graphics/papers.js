@@ -11,7 +11,7 @@ export const PAPER_FUNCTIONS = { aurora: "auroraPaper", ink: "inkPaper", squares
 
 /**
  * GLSL: the papers' functions, linear light, `mm` from the sheet's top left (detail finer than a pixel, which is `pixelMm`
- * wide on the sheet, fades out), and `displayFromLinear` and back for sRGB.
+ * wide on the sheet, fades out).
  */
 export const PAPERS_GLSL = `
 float hash(vec2 p) {
@@ -113,14 +113,5 @@ vec3 squaresPaper(vec2 mm, float pixelMm, vec2 sizeMm, float seconds) {
   float cross = min(fromCentre.x, fromCentre.y);
   float mark = (1.0 - smoothstep(0.5, 0.5 + pixelMm, cross)) * step(length(fromCentre), 12.0);
   return mix(color, vec3(0.75, 0.08, 0.03), mark);
-}
-
-vec3 displayFromLinear(vec3 linear) {
-  vec3 c = clamp(linear, 0.0, 1.0);
-  return mix(12.92 * c, 1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, step(0.0031308, c));
-}
-
-vec3 linearFromDisplay(vec3 c) {
-  return mix(c / 12.92, pow((c + 0.055) / 1.055, vec3(2.4)), step(0.04045, c));
 }
 `;

@@ -9,9 +9,6 @@ import { Solids } from "./solids.js";
 /** @type {Readonly<Record<ObjectName, () => Float32Array>>} */
 export const OBJECTS = { house, boat, sundial };
 
-/** No object is higher. */
-export const MAX_HEIGHT = 1.5;
-
 function house() {
   const solids = new Solids().paint("#6f9e4c").lathe([[0.97, 0], [1, 0.03], [0.94, 0.07], [0, 0.07]]);
   solids.paint("#d9cdb4");
