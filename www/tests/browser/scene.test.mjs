@@ -12,13 +12,10 @@ import { SLOW_MS, launch, openDemo } from "../support/browser.mjs";
 import { makeClip } from "../support/clips.mjs";
 import { MADE, made } from "../support/native.mjs";
 import { decodePng } from "../support/png.mjs";
+import { HAND, colorAt, isGreen, isMagenta, openScene } from "../support/scenes.mjs";
 import { TrueSheet, inPose } from "../support/true-sheet.mjs";
 
 const PICTURE = "/models/poster-a4/template/texture.png";
-/** The scene is 640 x 360 pixels large, the clip's pictures 960 x 540. */
-const SCALE = 640 / 960;
-/** A hand: a grey disc of so many pixels of the clip around its sheet's middle. */
-const HAND = 90;
 
 let clip;
 let sheet;
@@ -36,69 +33,9 @@ after(async () => {
   await browser?.close();
 });
 
-/** On the page: `scene`, the package; `source`, what it looks at: the picture, a hand before it (`source.hand`), or nothing (`source.grey`). */
-async function prepare({ png, camera, place, hand }) {
-  const bytes = Uint8Array.from(atob(png), (c) => c.charCodeAt(0));
-  const picture = await createImageBitmap(new Blob([bytes], { type: "image/png" }));
-  const source = { hand: false, grey: false };
-  async function* frames() {
-    const canvas = new OffscreenCanvas(picture.width, picture.height);
-    const context = canvas.getContext("2d");
-    for (let timeMs = 0; ; timeMs += 100) {
-      context.drawImage(picture, 0, 0);
-      context.fillStyle = "#808080";
-      if (source.grey) context.fillRect(0, 0, canvas.width, canvas.height);
-      if (source.hand) context.fill(new Path2D(`M${place[0] - hand} ${place[1]}a${hand} ${hand} 0 1 0 ${2 * hand} 0a${hand} ${hand} 0 1 0 ${-2 * hand} 0`));
-      const frame = await createImageBitmap(canvas);
-      yield { frame, timeMs };
-      frame.close();
-      await new Promise((resolve) => setTimeout(resolve, 60));
-    }
-  }
-  const until = async (isSo) => {
-    while (!(await isSo())) await new Promise((resolve) => setTimeout(resolve, 50));
-  };
-  const drawn = (ar, count) => new Promise((resolve) => ar.addEventListener("frame", () => count-- === 0 && resolve()));
-  /** Magenta on the left, green on the right. */
-  const halves = () => {
-    const canvas = Object.assign(document.createElement("canvas"), { width: 64, height: 64 });
-    const pen = canvas.getContext("2d");
-    for (const [i, color] of ["#e040e0", "#40e040"].entries()) Object.assign(pen, { fillStyle: color }).fillRect(32 * i, 0, 32, 64);
-    return canvas;
-  };
-  const errors = [];
-  addEventListener("error", ({ message }) => errors.push(message));
-  addEventListener("unhandledrejection", ({ reason }) => errors.push(String(reason)));
-  Object.assign(globalThis, { source, until, drawn, halves, errors, scene: await import("deepsft/scene"), three: await import("three") });
-  globalThis.startScene = (options) => scene.start("#ar", { picture: "/models/poster-a4/template/texture.png", widthMm: 297, source: frames(), camera, ...options });
-}
-
-/** @param {(shown: { page: import("playwright-core").Page, shot: (name?: string) => Promise<object>, demo: object }) => Promise<void>} body */
-async function onScene(body, options = {}, shown = clip) {
-  const demo = await openDemo(browser, { path: "/tests/support/scene.html", device: { viewport: { width: 640, height: 360 } }, ...options });
-  const { page } = demo;
-  try {
-    const [x, y] = sheet.project(sheet.at(0.5, 0.5));
-    await page.evaluate(prepare, { png: shown.frames[0].png.toString("base64"), camera: shown.camera, place: [x, y], hand: HAND });
-    const shot = async (name) => {
-      if (name) await demo.screenshot(`scene-${name}`);
-      return decodePng(await page.screenshot());
-    };
-    await body({ page, shot, demo });
-    assert.deepEqual(await page.evaluate(() => errors), []);
-  } finally {
-    await demo.finish();
-  }
-}
-
-/** The colour where the scene shows a point of the clip's camera frame. */
-function colorOf({ width, channels, values }, point) {
-  const [x, y] = sheet.project(point).slice(0, 2).map((value) => Math.floor(value * SCALE));
-  return [...values.subarray(channels * (y * width + x), channels * (y * width + x) + 3)];
-}
-
-const isMagenta = ([r, g, b]) => r > 1.4 * g && b > 1.4 * g;
-const isGreen = ([r, g, b]) => g > 1.4 * r && g > 1.4 * b;
+/** @param {Parameters<typeof openScene>[2]} body */
+const onScene = (body, options, shown = clip) => openScene(browser, { shown, hand: sheet.project(sheet.at(0.5, 0.5)).slice(0, 2) }, body, options);
+const colorOf = (picture, point) => colorAt(picture, sheet, point);
 
 /** Places on the print that the camera sees: nothing of the sheet lies before them. */
 function places() {
