@@ -57,13 +57,7 @@ export class FrameLayer {
    * @returns {{ left: number, top: number, width: number, height: number } | null} null where nothing is
    */
   boxOf(scene, camera, page) {
-    const seen = new Box3();
-    const add = (/** @type {Object3D} */ object) => {
-      if (!object.visible) return;
-      if (isDrawn(object)) addTo(seen, object, camera);
-      object.children.forEach(add);
-    };
-    add(scene);
+    const seen = extentOf(scene, camera);
     const onPage = (/** @type {number} */ at, /** @type {number} */ side) => Math.min(side, Math.max(0, (0.5 + 0.5 * at) * side));
     const [left, right] = [seen.min.x, seen.max.x].map((x) => onPage(x, page.width));
     const [top, bottom] = [seen.max.y, seen.min.y].map((y) => onPage(-y, page.height));
@@ -103,6 +97,24 @@ export function regionOf(box, region, page) {
   return { left, top, right: left + box.width * scale, bottom: top + box.height * scale };
 }
 
+/**
+ * Where anything of a scene is drawn.
+ *
+ * @param {Object3D} scene whose matrices are those of now
+ * @param {FrameCamera} camera
+ * @returns {Box3} in clip space; it reaches everywhere where something lies beside the eye
+ */
+export function extentOf(scene, camera) {
+  const seen = new Box3();
+  const add = (/** @type {Object3D} */ object) => {
+    if (!object.visible) return;
+    if (isDrawn(object)) addTo(seen, object, camera);
+    object.children.forEach(add);
+  };
+  add(scene);
+  return seen;
+}
+
 /** Whether it leaves anything in the picture. @param {Object3D} object */
 function isDrawn(object) {
   if (!["isMesh", "isLine", "isPoints", "isSprite"].some((kind) => kind in object)) return false;
@@ -134,8 +146,10 @@ function addTo(seen, object, camera) {
     }
     return;
   }
-  if (!geometry.boundingBox) geometry.computeBoundingBox();
-  const box = /** @type {Box3} */ (geometry.boundingBox);
+  // Bones and instances move.
+  const moving = "computeBoundingBox" in object ? /** @type {import("three").InstancedMesh} */ (object) : null;
+  if (moving ?? !geometry.boundingBox) (moving ?? geometry).computeBoundingBox();
+  const box = /** @type {Box3} */ ((moving ?? geometry).boundingBox);
   if (box.isEmpty()) return;
   const { min, max } = box;
   for (let i = 0; i < 8; i++) {

@@ -1,3 +1,4 @@
+import { Box3 } from "three";
 import type { Object3D } from "three";
 import type { FrameCamera, Region } from "../three/frame-camera.js";
 /** The camera's picture, and the box over it that WebGL draws in. */
@@ -63,3 +64,11 @@ export declare function regionOf(box: {
 }, region: Region, page: {
     width: number;
 }): Region;
+/**
+ * Where anything of a scene is drawn.
+ *
+ * @param {Object3D} scene whose matrices are those of now
+ * @param {FrameCamera} camera
+ * @returns {Box3} in clip space; it reaches everywhere where something lies beside the eye
+ */
+export declare function extentOf(scene: Object3D, camera: FrameCamera): Box3;
