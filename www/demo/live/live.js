@@ -48,6 +48,8 @@ export class Live {
   #choice;
   /** @type {Subject | null} */
   #subject = null;
+  /** Whether one picture is shown, and no video. */
+  #isPhotograph = false;
   /** @type {SceneView | null} */
   #view = null;
   /** @type {Overlays | null} */
@@ -135,6 +137,7 @@ export class Live {
    */
   async #show(subject, options, signal) {
     const { sft, target } = (this.#subject = subject);
+    this.#isPhotograph = options.photograph !== undefined;
     this.#hud.showSubject(subject);
     this.#orbit?.setTemplate(target);
     const ended = new Promise((resolve) => signal.addEventListener("abort", resolve));
@@ -171,7 +174,6 @@ export class Live {
   #take(tracked, view) {
     const now = performance.now();
     const { mesh, camera } = tracked;
-    const isPhotograph = tracked.number === 0;
     this.#frame = tracked;
     document.dispatchEvent(new TrackedEvent(tracked));
     if (mesh) {
@@ -183,11 +185,11 @@ export class Live {
     this.#overlays?.follow(mesh, { ...range, step: depthTicks(range, 9).step });
     this.#showScale();
     this.#placeRegion(view, camera);
-    if (isPhotograph) this.#hud.showMesh(mesh !== null);
+    if (this.#isPhotograph) this.#hud.showMesh(mesh !== null);
     else this.#hud.showTracked(tracked, view.drawMs);
     // A network says by itself that nothing is there.
-    if (!isPhotograph && this.#subject?.kind === "picture" && now - this.#trackedAt > MISSING_MS) this.#hud.showMissing();
-    this.onMesh(mesh, camera, isPhotograph);
+    if (!this.#isPhotograph && this.#subject?.kind === "picture" && now - this.#trackedAt > MISSING_MS) this.#hud.showMissing();
+    this.onMesh(mesh, camera, this.#isPhotograph);
     this.onFrame(tracked);
   }
 
@@ -198,7 +200,7 @@ export class Live {
     // After a lost GPU the engine may run elsewhere.
     if (this.#subject) this.#hud.showEngine(this.#subject);
     const frame = this.#frame;
-    if (frame?.number === 0) this.#hud.showEstimate(estimate, this.#view?.drawMs ?? 0);
+    if (this.#isPhotograph) this.#hud.showEstimate(estimate, this.#view?.drawMs ?? 0);
     else this.#hud.showAnswer(estimate, frame?.found ?? false, frame?.networkFps ?? 0);
   }
 

@@ -381,10 +381,15 @@ export class SceneView extends EventTarget {
 
   /** @type {(estimate: Estimate, frame: number) => void} */
   #answer = (estimate, frame) => {
-    for (const [target, sheet] of this.#sheets) if (target.kind === "model") sheet.answer(estimate, frame);
-    this.#options.onEstimate?.(estimate, frame);
+    this.#tellSheets(estimate, frame);
     estimate.close();
   };
+
+  /** @param {Estimate} estimate @param {number} frame its number */
+  #tellSheets(estimate, frame) {
+    for (const [target, sheet] of this.#sheets) if (target.kind === "model") sheet.answer(estimate, frame);
+    this.#options.onEstimate?.(estimate, frame);
+  }
 
   /** Shows the photograph, as if it were the one frame of a video. @param {DeepSft} sft */
   async #lookAt(sft) {
@@ -395,13 +400,14 @@ export class SceneView extends EventTarget {
     const mesh = await estimate.completeMesh();
     const { confidence, times } = estimate;
     const frame = estimate.frame ?? (await createImageBitmap(/** @type {ImageData} */ (photograph)));
-    // The scene closes it.
-    estimate.frame = null;
     const contents = { number: 0, timeMs: 0, camera: estimate.camera, times: { ...times, trackMs: times.fitMs }, networkFps: 0, frame };
     const tracked = new TrackedFrame({ ...contents, targets: [new TrackedTarget({ target, mesh, held: false, correlation: confidence, iterations: 0 })] });
     if (this.closed) return void (estimate.close(), tracked.close());
     this.#take(tracked);
-    this.#answer(estimate, 0);
+    this.#tellSheets(estimate, 0);
+    // The scene closes the frame.
+    estimate.frame = null;
+    estimate.close();
     // What covers it is known by now.
     this.#take(tracked);
     if (mesh) this.#tell("found", { sheet: this.sheet(target), frame: tracked });
