@@ -14,6 +14,7 @@ import { MeshLines, depthMaterial, plasterMaterial, veilMaterial } from "./overl
 
 /** @typedef {"paper" | "object" | "shaded" | "mesh" | "depth" | "plain"} Overlay */
 /** @typedef {{ overlay: Overlay, paper: Paper, object: ObjectName }} Choice */
+/** Near and far end of the colours, and step of the contours, in the target's unit. @typedef {{ near: number, far: number, step: number }} DepthScale */
 
 /** The moment at which papers look well that do not move. */
 const STILL_SECONDS = 5.2;
@@ -34,6 +35,8 @@ export class Overlays {
   #lines = null;
   /** @type {{ anchor: Anchor, standing: Standing } | null} */
   #object = null;
+  /** What was followed last. @type {{ mesh: SurfaceMesh | null, depthScale: DepthScale }} */
+  #newest = { mesh: null, depthScale: { near: 0, far: 1, step: 1 } };
   /** Where an object stands, (u, v). @type {[number, number]} */
   #place = [0.5, 0.5];
 
@@ -66,6 +69,7 @@ export class Overlays {
       this.#object = { anchor: sheet.anchor(...this.#place, { unit: "width" }), standing };
       this.#object.anchor.add(standing);
     }
+    this.follow(this.#newest.mesh, this.#newest.depthScale);
     this.#view.refresh();
   }
 
@@ -73,9 +77,11 @@ export class Overlays {
    * Takes over a frame, before it is drawn.
    *
    * @param {SurfaceMesh | null} mesh
-   * @param {{ near: number, far: number, step: number }} depthScale in the target's unit
+   * @param {DepthScale} depthScale
    */
-  follow(mesh, { near, far, step }) {
+  follow(mesh, depthScale) {
+    const { near, far, step } = depthScale;
+    this.#newest = { mesh, depthScale };
     this.#depth?.uniforms.u_scale.value.set(near, far, step);
     if (mesh) this.#lines?.follow(mesh);
   }

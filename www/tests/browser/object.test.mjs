@@ -102,23 +102,25 @@ async function onStage(software, body) {
         give(new TrackedFrame({ number: ++number, timeMs: number, targets: [seen], camera, times: {}, networkFps: 0, frame: await createImageBitmap(pen.canvas) }));
         await drawn();
       };
-      globalThis.draw = async ({ name, vertices, seen, tap, overlay = "object", deviations = [] }) => {
-        overlays.show({ overlay, object: name, paper: "aurora" });
+      globalThis.draw = async ({ name, vertices, seen, tap, overlay = "object", deviations = [], isChosenLater }) => {
+        const choice = { overlay, object: name, paper: "aurora" };
+        overlays.show(isChosenLater ? { ...choice, overlay: "plain" } : choice);
         const surface = new SurfaceMesh({ vertices: Float32Array.from(vertices), confidence: Float32Array.from(seen), deviations: Float32Array.from(deviations) }, mesh, "tracking");
         // What was known of the sheet before is forgotten.
         await show(null);
         overlays.follow(surface, { near: 0, far: 1, step: 1 });
         await show(surface);
+        if (isChosenLater) overlays.show(choice);
         if (tap) overlays.placeObjectAt(tap[0] / camera.width, tap[1] / camera.height);
         await drawn();
       };
     },
     [software, CAMERA, { faces: [...TOPOLOGY.faces], textureCoordinates: [...TOPOLOGY.textureCoordinates] }, SHEET, FRAME],
   );
-  const draw = async (name, mesh, { seen = () => 1, tap, overlay, deviations } = {}) => {
+  const draw = async (name, mesh, { seen = () => 1, tap, overlay, deviations, isChosenLater } = {}) => {
     const uv = TOPOLOGY.textureCoordinates;
     const covered = Array.from({ length: COLUMNS * ROWS }, (_, i) => seen(uv[2 * i], uv[2 * i + 1]));
-    await page.evaluate((what) => draw(what), { name, vertices: [...mesh.vertices], seen: covered, tap, overlay, deviations });
+    await page.evaluate((what) => draw(what), { name, vertices: [...mesh.vertices], seen: covered, tap, overlay, deviations, isChosenLater });
     await demo.screenshot(`object-${name}-${software ? "software" : "gpu"}`);
     return decodePng(await page.screenshot());
   };
@@ -194,11 +196,24 @@ for (const software of [false, true]) {
     }),
   );
 
-  test(`drawn by ${by}, the mesh has broken lines where it is loose`, { timeout: SLOW_MS }, () =>
+  test(`drawn by ${by}, plaster is lit from above on the left`, { timeout: SLOW_MS }, () =>
+    onStage(software, async (draw) => {
+      const greyOf = async (place) => {
+        const { channels, width, values } = await draw("house", sheetOf({ distance: 600, ...place }), { overlay: "shaded" });
+        const at = channels * (183 * width + 317);
+        return (values[at] + values[at + 1] + values[at + 2]) / 3;
+      };
+      const [flat, toLeft, toRight] = [await greyOf({}), await greyOf({ turn: 0.5 }), await greyOf({ turn: -0.5 })];
+      assert.ok(Math.abs(flat - 158) < 12, `${flat}`);
+      assert.ok(toLeft > toRight + 20, `${toLeft} where it faces left, else ${toRight}`);
+    }),
+  );
+
+  test(`drawn by ${by}, the mesh has broken lines where it is loose, also of a frame that was there before it was chosen`, { timeout: SLOW_MS }, () =>
     onStage(software, async (draw) => {
       const uv = TOPOLOGY.textureCoordinates;
       const deviations = Array.from({ length: COLUMNS * ROWS }, (_, i) => (uv[2 * i] < 0.5 ? 1 : 9));
-      const { channels, width, values } = await draw("house", sheetOf({ distance: 600 }), { overlay: "mesh", deviations });
+      const { channels, width, values } = await draw("house", sheetOf({ distance: 600 }), { overlay: "mesh", deviations, isChosenLater: true });
       const halves = [0, 0];
       for (let i = 0; channels * i < values.length; i++) {
         // The veil over the frame has no green.
