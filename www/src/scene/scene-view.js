@@ -15,6 +15,7 @@ import { FrameLayer, layOut, regionOf } from "./frame-layer.js";
 import { hide } from "./print.js";
 import { SceneSheet } from "./scene-sheet.js";
 import { Screens } from "./screens.js";
+import { SoundButton } from "./sound-button.js";
 
 /** @import { CameraOption } from "../camera/intrinsics.js" */
 /** @import { Facing } from "../camera/request.js" */
@@ -106,8 +107,7 @@ export class SceneView extends EventTarget {
   #request = 0;
   /** @type {{ canvas: HTMLCanvasElement, recording: Recording } | null} */
   #recorded = null;
-  /** @type {HTMLButtonElement | null} */
-  #sound = null;
+  #sound;
 
   /** The scene of three.js; the camera stands in its origin. A unit is a millimetre. */
   scene = new Scene();
@@ -140,6 +140,7 @@ export class SceneView extends EventTarget {
     // A container without a height of its own takes that of the picture.
     if (element.clientHeight === 0) Object.assign(element.style, { height: "auto", aspectRatio: "4 / 3" });
     this.#screens = new Screens(element, options.screens ?? {});
+    this.#sound = options.sound === false ? null : new SoundButton(element);
     try {
       /** Whether the processor does the drawing. */
       this.software = drawsInSoftware();
@@ -454,7 +455,7 @@ export class SceneView extends EventTarget {
     this.#drawnAt = now;
     this.#tell("frame", { deltaS, frame });
     for (const sheet of this.#sheets.values()) sheet.refreshPrint();
-    this.#offerSound();
+    this.#sound?.offer([...this.#sheets.values()].flatMap(({ video }) => video ?? []));
     const began = performance.now();
     this.camera.setIntrinsics(frame.camera, this.#page);
     // The shader that takes out a lens' distortion is WebGL's.
@@ -534,30 +535,6 @@ export class SceneView extends EventTarget {
     this.#draw(performance.now());
   }
 
-  /** A button for the sound of films that have one: browsers allow it to taps alone. */
-  #offerSound() {
-    const films = [...this.#sheets.values()].flatMap(({ video }) => (video && hasSound(video) ? [video] : []));
-    const isOffered = films.length > 0 && this.#options.sound !== false;
-    if (!isOffered || this.#sound) return void (this.#sound && (this.#sound.hidden = !isOffered));
-    const button = document.createElement("button");
-    button.type = "button";
-    button.textContent = "Sound";
-    button.setAttribute("aria-pressed", "false");
-    Object.assign(button.style, {
-      ...{ position: "absolute", right: "16px", top: "16px", minHeight: "44px", padding: "0 16px", border: "0", borderRadius: "22px" },
-      ...{ background: "rgb(16 19 22 / 0.75)", color: "#f2efe9", font: "16px system-ui, sans-serif" },
-    });
-    button.addEventListener("click", () => {
-      const isOn = button.getAttribute("aria-pressed") !== "true";
-      button.setAttribute("aria-pressed", String(isOn));
-      button.style.textDecoration = isOn ? "" : "line-through";
-      for (const { video } of this.#sheets.values()) if (video) video.muted = !isOn;
-    });
-    button.style.textDecoration = "line-through";
-    this.#sound = button;
-    this.#element.append(button);
-  }
-
   /**
    * @param {ScreenName | null} name
    * @param {Partial<ScreenContents>} [contents]
@@ -573,10 +550,4 @@ export class SceneView extends EventTarget {
   #tell(name, detail) {
     this.dispatchEvent(new CustomEvent(name, { detail }));
   }
-}
-
-/** Whether a film has sound, where the browser tells; of the others only those that have played do. @param {HTMLVideoElement} video */
-function hasSound(video) {
-  const told = /** @type {{ mozHasAudio?: boolean, webkitAudioDecodedByteCount?: number, audioTracks?: { length: number } }} */ (/** @type {unknown} */ (video));
-  return told.mozHasAudio ?? (told.audioTracks ? told.audioTracks.length > 0 : (told.webkitAudioDecodedByteCount ?? 1) > 0);
 }

@@ -4,18 +4,15 @@ import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
 
 import { SLOW_MS, launch } from "../support/browser.mjs";
-import { makeClip } from "../support/clips.mjs";
 import { decodePng } from "../support/png.mjs";
-import { colorAt, isGreen, isMagenta, openScene } from "../support/scenes.mjs";
-import { TrueSheet } from "../support/true-sheet.mjs";
+import { colorAt, isGreen, isMagenta, openScene, shownSheet } from "../support/scenes.mjs";
 
 let clip;
 let sheet;
 let browser;
 before(
   async () => {
-    clip = await makeClip({ event: "motion", frames: 1, seed: 9_700_049, scale: 2 });
-    sheet = new TrueSheet(clip.frames[0].vertices, clip.camera);
+    ({ clip, sheet } = await shownSheet());
     browser = await launch({ webgpu: false, testCameras: 1 });
   },
   { timeout: SLOW_MS },

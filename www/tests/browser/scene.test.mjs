@@ -12,8 +12,8 @@ import { SLOW_MS, launch, openDemo } from "../support/browser.mjs";
 import { makeClip } from "../support/clips.mjs";
 import { MADE, made } from "../support/native.mjs";
 import { decodePng } from "../support/png.mjs";
-import { HAND, colorAt, isGreen, isMagenta, openScene } from "../support/scenes.mjs";
-import { TrueSheet, inPose } from "../support/true-sheet.mjs";
+import { HAND, colorAt, isGreen, isMagenta, openScene, shownSheet } from "../support/scenes.mjs";
+import { inPose } from "../support/true-sheet.mjs";
 
 const PICTURE = "/models/poster-a4/template/texture.png";
 
@@ -23,8 +23,7 @@ let browser;
 
 before(
   async () => {
-    clip = await makeClip({ event: "motion", frames: 1, seed: 9_700_049, scale: 2 });
-    sheet = new TrueSheet(clip.frames[0].vertices, clip.camera);
+    ({ clip, sheet } = await shownSheet());
     browser = await launch({ webgpu: false, testCameras: 1 });
   },
   { timeout: SLOW_MS },

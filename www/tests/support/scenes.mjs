@@ -3,13 +3,21 @@
 import assert from "node:assert/strict";
 
 import { openDemo } from "./browser.mjs";
+import { makeClip } from "./clips.mjs";
 import { decodePng } from "./png.mjs";
+import { TrueSheet } from "./true-sheet.mjs";
 
 /** The scene is 640 x 360 pixels large, the clips' pictures 960 x 540. */
 const SIZE = { width: 640, height: 360 };
 const SCALE = 640 / 960;
 /** A hand: a grey disc of so many pixels of the clip around its sheet's middle. */
 export const HAND = 90;
+
+/** A clip of one picture, and the sheet in it. */
+export async function shownSheet() {
+  const clip = await makeClip({ event: "motion", frames: 1, seed: 9_700_049, scale: 2 });
+  return { clip, sheet: new TrueSheet(clip.frames[0].vertices, clip.camera) };
+}
 
 /** On the page: `scene`, the package; `source`, what it looks at: the picture, a hand before it (`source.hand`), or nothing (`source.grey`). */
 async function prepare({ png, camera, place, hand }) {
