@@ -3,17 +3,15 @@
 import { Scene, WebGLRenderer } from "three";
 import { CameraStream, openCamera } from "../camera/camera-stream.js";
 import { DeepSft } from "../deepsft.js";
-import { isPinhole } from "../camera/lens.js";
 import { DeepSftError, asDeepSftError } from "../error.js";
 import { Recording, pictureOf, recordingCanvas } from "../record/recording.js";
 import { TrackedFrame, TrackedTarget } from "../results/tracked-frame.js";
 import { unknownTarget } from "../targets/target.js";
-import { FrameBackground } from "../three/frame-background.js";
 import { FrameCamera } from "../three/frame-camera.js";
 import { drawsInSoftware, Pace } from "./drawing-speed.js";
-import { FrameLayer, layOut, regionOf } from "./frame-layer.js";
 import { hide } from "./print.js";
 import { SceneSheet } from "./scene-sheet.js";
+import { SceneLayers } from "./scene-layers.js";
 import { Screens } from "./screens.js";
 import { SoundButton } from "./sound-button.js";
 
@@ -64,11 +62,6 @@ import { SoundButton } from "./sound-button.js";
  * @property {CustomEvent<{ error: DeepSftError }>} error the camera, or what follows it, has failed; the screen offers to try again
  */
 
-/** Canvas pixels per CSS pixel, at most: more cannot be seen and costs time. */
-const MAX_DENSITY = 2;
-/** Canvas pixels, at most, where the processor draws: of the whole picture, and of the box that something is put into. */
-const MAX_SOFTWARE_PIXELS = 330_000;
-const MAX_BOX_PIXELS = 110_000;
 /** After so long without a print the person is told what to do, milliseconds. */
 const SCANNING_MS = 1500;
 /** A page that was away does not make up for it, seconds. */
@@ -84,10 +77,7 @@ export class SceneView extends EventTarget {
   #element = document.createElement("div");
   #video = document.createElement("video");
   #screens;
-  /** What is drawn on, the camera's picture below. */
-  #layers = document.createElement("div");
-  #background = new FrameBackground();
-  #below = new FrameLayer();
+  #layers;
   #page = { width: 0, height: 0 };
   #pace = new Pace();
   #resizing = new ResizeObserver(() => this.#resize());
@@ -100,8 +90,6 @@ export class SceneView extends EventTarget {
   /** The newest frame, and whether it was not drawn yet. @type {TrackedFrame | null} */
   #frame = null;
   #isNew = false;
-  /** Whether the layer below does not show it yet. */
-  #isUnseen = false;
   #foundAt = 0;
   #drawnAt = Number.NaN;
   #request = 0;
@@ -151,14 +139,10 @@ export class SceneView extends EventTarget {
       throw error;
     }
     this.renderer.shadowMap.enabled = true;
-    Object.assign(this.#layers.style, { position: "absolute", inset: "0" });
-    this.#layers.setAttribute("role", "img");
-    this.#layers.setAttribute("aria-label", "The camera's picture, with what is put into it");
+    this.#layers = new SceneLayers(this.renderer, this.scene, this.camera);
     hide(this.#video);
     this.#video.setAttribute("aria-hidden", "true");
-    this.#layers.append(this.canvas);
-    element.append(this.#video, this.#layers);
-    this.scene.add(this.#background);
+    element.append(this.#video, this.#layers.element);
     this.#resizing.observe(element);
     this.#resize();
     const { signal } = this.#ending;
@@ -324,7 +308,7 @@ export class SceneView extends EventTarget {
     this.#session?.close();
     this.#closeEngine();
     for (const sheet of this.#sheets.values()) sheet.dispose();
-    this.#background.dispose();
+    this.#layers?.dispose();
     // Browsers give a page a few contexts only, and collect the others late.
     this.renderer?.dispose();
     this.renderer?.forceContextLoss();
@@ -344,7 +328,7 @@ export class SceneView extends EventTarget {
     this.#show("loading");
     if (!(opened instanceof CameraStream)) return opened;
     this.stream = opened;
-    const mirror = () => (this.#layers.style.transform = opened.facing === "user" ? "scaleX(-1)" : "");
+    const mirror = () => (this.#layers.mirrored = opened.facing === "user");
     mirror();
     opened.addEventListener("switched", mirror, { signal: this.#ending.signal });
     return opened;
@@ -419,9 +403,8 @@ export class SceneView extends EventTarget {
     const now = performance.now();
     for (const { target } of tracked.targets) this.sheet(target).update(tracked, now);
     this.#playFilms();
-    this.#background.show(tracked);
+    this.#layers.show(tracked);
     this.#frame = tracked;
-    this.#isUnseen = true;
     this.#isNew = true;
     const isFound = tracked.targets.length === 0 || tracked.targets.some(({ found }) => found);
     if (isFound) this.#foundAt = now;
@@ -457,75 +440,14 @@ export class SceneView extends EventTarget {
     for (const sheet of this.#sheets.values()) sheet.refreshPrint();
     this.#sound?.offer([...this.#sheets.values()].flatMap(({ video }) => video ?? []));
     const began = performance.now();
-    this.camera.setIntrinsics(frame.camera, this.#page);
-    // The shader that takes out a lens' distortion is WebGL's.
-    if (this.software && frame.frame && isPinhole(frame.camera)) this.#drawApart(frame.frame);
-    else this.#drawWhole();
+    this.#layers.draw(frame, this.#page, this.software);
     this.drawMs = performance.now() - began;
     if (this.#recorded) this.#drawInto(this.#recorded.canvas);
   }
 
-  #drawWhole() {
-    this.#background.visible = true;
-    this.#below.canvas.remove();
-    this.#takePlace({ left: 0, top: 0, ...this.#page }, MAX_SOFTWARE_PIXELS);
-    this.renderer.render(this.scene, this.camera);
-  }
-
-  /** The camera's picture on the layer below, and WebGL in the box alone in which something lies over it. @param {ImageBitmap} frame */
-  #drawApart(frame) {
-    const [page, camera] = [this.#page, this.camera];
-    this.#background.visible = false;
-    if (!this.#below.canvas.isConnected) this.#layers.prepend(this.#below.canvas);
-    if (this.#isUnseen) this.#below.take(frame);
-    this.#isUnseen = false;
-    this.#below.place(camera, page);
-    this.scene.updateMatrixWorld();
-    const box = this.#below.boxOf(this.scene, camera, page);
-    this.canvas.style.visibility = box ? "" : "hidden";
-    if (!box) return;
-    const whole = camera.region;
-    camera.lookAtRegion(regionOf(box, whole, page));
-    this.#takePlace(box, MAX_BOX_PIXELS);
-    this.renderer.render(this.scene, camera);
-    camera.lookAtRegion(whole);
-  }
-
-  /**
-   * @param {{ left: number, top: number, width: number, height: number }} place of WebGL's canvas, CSS pixels
-   * @param {number} maxPixels of it where the processor draws
-   */
-  #takePlace(place, maxPixels) {
-    const { renderer, canvas } = this;
-    const most = this.software ? Math.sqrt(maxPixels / Math.max(1, place.width * place.height)) : MAX_DENSITY;
-    const density = Math.min(devicePixelRatio, most);
-    layOut(canvas, place);
-    canvas.style.visibility = "";
-    // A canvas whose size is set is new memory, though it be the same size.
-    if (canvas.width === Math.floor(place.width * density) && canvas.height === Math.floor(place.height * density)) return;
-    renderer.setPixelRatio(density);
-    renderer.setSize(place.width, place.height, false);
-  }
-
-  /** What was just drawn, in the middle of a canvas. @param {HTMLCanvasElement} canvas */
+  /** What was just drawn. @param {HTMLCanvasElement} canvas */
   #drawInto(canvas) {
-    const context = canvas.getContext("2d", { alpha: false });
-    if (!context) return canvas;
-    const { left, top, width, height } = this.#layers.getBoundingClientRect();
-    const scale = Math.min(canvas.width / width, canvas.height / height);
-    const isMirrored = this.#layers.style.transform !== "";
-    // What the picture leaves of it, also where the window has turned since a recording began.
-    context.clearRect(0, 0, canvas.width, canvas.height);
-    context.fillStyle = getComputedStyle(this.#element.parentElement ?? this.#element).backgroundColor;
-    context.fillRect(0, 0, canvas.width, canvas.height);
-    for (const layer of /** @type {NodeListOf<HTMLCanvasElement>} */ (this.#layers.querySelectorAll("canvas"))) {
-      if (layer.style.visibility === "hidden") continue;
-      const box = layer.getBoundingClientRect();
-      const fromLeft = isMirrored ? left + width - box.right : box.left - left;
-      const [x, y] = [(canvas.width - scale * width) / 2 + scale * fromLeft, (canvas.height - scale * height) / 2 + scale * (box.top - top)];
-      context.drawImage(layer, x, y, scale * box.width, scale * box.height);
-    }
-    return canvas;
+    return this.#layers.drawInto(canvas, getComputedStyle(this.#element.parentElement ?? this.#element).backgroundColor);
   }
 
   #resize() {

@@ -3,7 +3,7 @@ import { test } from "node:test";
 import { BoxGeometry, Group, InstancedMesh, Matrix4, Mesh, MeshBasicMaterial, Scene } from "three";
 
 import { FrameCamera } from "deepsft/three";
-import { extentOf, regionOf } from "../../src/scene/frame-layer.js";
+import { extentOf, regionOf } from "../../src/scene/drawn-box.js";
 
 const INTRINSICS = { width: 640, height: 360, fx: 500, fy: 500, cx: 320, cy: 180 };
 const camera = new FrameCamera();

@@ -1,0 +1,195 @@
+// What a scene is drawn on: WebGL's canvas, and where the processor draws another below it for the camera's picture. There WebGL would
+// take longer to bring the picture into the page, and the page back out of WebGL's memory, than to draw all that lies over it.
+
+import { isPinhole } from "../camera/lens.js";
+import { FrameBackground } from "../three/frame-background.js";
+import { extentOf, regionOf } from "./drawn-box.js";
+
+/** @import { Scene, WebGLRenderer } from "three" */
+/** @import { TrackedFrame } from "../results/tracked-frame.js" */
+/** @import { FrameCamera } from "../three/frame-camera.js" */
+/** @import { Box } from "./drawn-box.js" */
+
+/** Canvas pixels per CSS pixel, at most: more cannot be seen and costs time. */
+const MAX_DENSITY = 2;
+/** Canvas pixels, at most, where the processor draws: of the whole picture, and of the box that something is put into. */
+const MAX_SOFTWARE_PIXELS = 330_000;
+const MAX_BOX_PIXELS = 110_000;
+/** Both sides of the box that is drawn in are whole multiples of this, CSS pixels: each new size is new memory. */
+const BOX_STEP = 32;
+/** What lies so far beyond the box may still be drawn softly, CSS pixels. */
+const MARGIN = 1;
+
+export class SceneLayers {
+  #renderer;
+  #scene;
+  #camera;
+  #background = new FrameBackground();
+  #below;
+  /** The frame that the layer below shows. @type {ImageBitmap | null} */
+  #shown = null;
+  #boxSize = { width: 0, height: 0 };
+  /** What holds the canvases. */
+  element = document.createElement("div");
+
+  /**
+   * @param {WebGLRenderer} renderer
+   * @param {Scene} scene gets the camera's picture as its background
+   * @param {FrameCamera} camera
+   */
+  constructor(renderer, scene, camera) {
+    const below = document.createElement("canvas").getContext("2d", { alpha: false });
+    if (!below) throw new Error("This browser offers no canvas to draw a frame on.");
+    this.#renderer = renderer;
+    this.#scene = scene;
+    this.#camera = camera;
+    this.#below = below;
+    Object.assign(this.element.style, { position: "absolute", inset: "0" });
+    this.element.setAttribute("role", "img");
+    this.element.setAttribute("aria-label", "The camera's picture, with what is put into it");
+    this.element.append(renderer.domElement);
+    scene.add(this.#background);
+  }
+
+  /** Whether what is seen is mirrored. */
+  get mirrored() {
+    return this.element.style.transform !== "";
+  }
+
+  /** @param {boolean} mirrored */
+  set mirrored(mirrored) {
+    this.element.style.transform = mirrored ? "scaleX(-1)" : "";
+  }
+
+  /** Shows a frame from the next drawing on; it is kept until there is another. @param {TrackedFrame} tracked */
+  show(tracked) {
+    this.#background.show(tracked);
+  }
+
+  /**
+   * Draws the scene.
+   *
+   * @param {TrackedFrame} tracked that is shown
+   * @param {{ width: number, height: number }} page the size of it all, CSS pixels
+   * @param {boolean} software whether the processor does the drawing
+   */
+  draw({ frame, camera: intrinsics }, page, software) {
+    this.#camera.setIntrinsics(intrinsics, page);
+    // The shader that takes out a lens' distortion is WebGL's.
+    const isApart = software && frame !== null && isPinhole(intrinsics);
+    this.#background.visible = !isApart;
+    if (isApart) return this.#drawApart(frame, page);
+    this.#below.canvas.remove();
+    this.#takePlace({ left: 0, top: 0, ...page }, software ? MAX_SOFTWARE_PIXELS : Infinity);
+    this.#renderer.render(this.#scene, this.#camera);
+  }
+
+  /**
+   * What was just drawn, not mirrored, in the middle of a canvas.
+   *
+   * @param {HTMLCanvasElement} canvas
+   * @param {string} background CSS colour of what is left of it, also where the window has turned since a recording began
+   */
+  drawInto(canvas, background) {
+    const context = canvas.getContext("2d", { alpha: false });
+    if (!context) return canvas;
+    const { left, top, width, height } = this.element.getBoundingClientRect();
+    const scale = Math.min(canvas.width / width, canvas.height / height);
+    context.clearRect(0, 0, canvas.width, canvas.height);
+    context.fillStyle = background;
+    context.fillRect(0, 0, canvas.width, canvas.height);
+    for (const layer of this.element.querySelectorAll("canvas")) {
+      if (layer.style.visibility === "hidden") continue;
+      const box = layer.getBoundingClientRect();
+      const fromLeft = this.mirrored ? left + width - box.right : box.left - left;
+      const [x, y] = [(canvas.width - scale * width) / 2 + scale * fromLeft, (canvas.height - scale * height) / 2 + scale * (box.top - top)];
+      context.drawImage(layer, x, y, scale * box.width, scale * box.height);
+    }
+    return canvas;
+  }
+
+  dispose() {
+    this.#background.dispose();
+  }
+
+  /**
+   * The camera's picture on the layer below, and WebGL in the box alone in which something lies over it.
+   *
+   * @param {ImageBitmap} frame
+   * @param {{ width: number, height: number }} page
+   */
+  #drawApart(frame, page) {
+    const [camera, canvas] = [this.#camera, this.#renderer.domElement];
+    this.#showBelow(frame, page);
+    this.#scene.updateMatrixWorld();
+    const box = this.#boxOn(page);
+    canvas.style.visibility = box ? "" : "hidden";
+    if (!box) return;
+    const whole = camera.region;
+    camera.lookAtRegion(regionOf(box, whole, page));
+    this.#takePlace(box, MAX_BOX_PIXELS);
+    this.#renderer.render(this.#scene, camera);
+    camera.lookAtRegion(whole);
+  }
+
+  /**
+   * @param {ImageBitmap} frame
+   * @param {{ width: number }} page
+   */
+  #showBelow(frame, page) {
+    const { canvas } = this.#below;
+    if (!canvas.isConnected) this.element.prepend(canvas);
+    if (canvas.width !== frame.width || canvas.height !== frame.height) [canvas.width, canvas.height] = [frame.width, frame.height];
+    if (frame !== this.#shown) this.#below.drawImage(frame, 0, 0);
+    this.#shown = frame;
+    const { intrinsics, region } = this.#camera;
+    const scale = page.width / (region.right - region.left);
+    const { width, height } = intrinsics ?? frame;
+    layOut(canvas, { left: -region.left * scale, top: -region.top * scale, width: width * scale, height: height * scale });
+  }
+
+  /**
+   * @param {{ width: number, height: number }} page
+   * @returns {Box | null} in which something is drawn; null where nothing is
+   */
+  #boxOn(page) {
+    const seen = extentOf(this.#scene, this.#camera);
+    const onPage = (/** @type {number} */ at, /** @type {number} */ side) => Math.min(side, Math.max(0, (0.5 + 0.5 * at) * side));
+    const [left, right] = [seen.min.x, seen.max.x].map((x) => onPage(x, page.width));
+    const [top, bottom] = [seen.max.y, seen.min.y].map((y) => onPage(-y, page.height));
+    if (!(right > left && bottom > top)) return null;
+    const stepped = (/** @type {number} */ length, /** @type {number} */ last) =>
+      length <= last && length > last - 2 * BOX_STEP ? last : BOX_STEP * Math.ceil(length / BOX_STEP);
+    const width = stepped(right - left + 2 * MARGIN, this.#boxSize.width);
+    const height = stepped(bottom - top + 2 * MARGIN, this.#boxSize.height);
+    this.#boxSize = { width, height };
+    return { left: Math.floor(left) - MARGIN, top: Math.floor(top) - MARGIN, width, height };
+  }
+
+  /**
+   * @param {Box} place of WebGL's canvas
+   * @param {number} maxPixels of it
+   */
+  #takePlace(place, maxPixels) {
+    const renderer = this.#renderer;
+    const canvas = renderer.domElement;
+    const density = Math.min(devicePixelRatio, MAX_DENSITY, Math.sqrt(maxPixels / Math.max(1, place.width * place.height)));
+    layOut(canvas, place);
+    // A canvas whose size is set is new memory, though it be the same size.
+    if (canvas.width === Math.floor(place.width * density) && canvas.height === Math.floor(place.height * density)) return;
+    renderer.setPixelRatio(density);
+    renderer.setSize(place.width, place.height, false);
+  }
+}
+
+/**
+ * Lays an element out over what it lies in, visible. It is moved by a transform, for which the browser lays nothing else out.
+ *
+ * @param {HTMLElement} element
+ * @param {Box} place
+ */
+function layOut({ style }, { left, top, width, height }) {
+  const [x, y, w, h] = [left, top, width, height].map((length) => `${Math.round(length)}px`);
+  const text = `display: block; position: absolute; left: 0px; top: 0px; transform: translate(${x}, ${y}); width: ${w}; height: ${h};`;
+  if (style.cssText !== text) style.cssText = text;
+}
