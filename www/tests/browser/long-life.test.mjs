@@ -16,9 +16,11 @@ const SCENE_FRAMES = 24;
 /** Few, so that a busy machine sees the sheet move little from one to the next that it follows. */
 const FRAMES_PER_SECOND = 10;
 const HIDDEN_MS = 3000;
-/** The page has settled after so many frames, and is followed for so many more. */
+/** The page has settled after so many frames, and is followed for so many times so many more. */
 const SETTLED_FRAMES = 80;
-const FRAMES = 120;
+const [WINDOWS, FRAMES] = [5, 60];
+/** The tracker's memory grows by some megabytes once or twice, at a moment that is the machine's matter. A leak grows in each window. */
+const MOST_GROWN = 2;
 /** What is done with the package before it is measured, and how often more. */
 const WARM_UP = 3;
 const TIMES = { trackings: 6, targets: 10, images: 15 };
@@ -77,15 +79,17 @@ test("a page follows on after its tab was hidden, its camera turned, its permiss
     await page.start();
     let { frames } = await page.until(({ frames }) => frames >= SETTLED_FRAMES);
     let settled = await page.footprint();
-    // On a slow machine some memory, such as that for the views of the camera, is taken only later, and once; a leak goes on.
-    for (let grown = true, times = 0; grown && times < 2; times++) {
+    const grown = [];
+    for (let i = 0; i < WINDOWS; i++) {
       ({ frames } = await page.until((now) => now.frames >= frames + FRAMES));
       const now = await page.footprint();
-      grown = now.tracker.wasmBytes > settled.tracker.wasmBytes;
-      if (grown) settled = now;
+      grown.push(now.tracker.wasmBytes - settled.tracker.wasmBytes);
+      // Its memory is looked at here; all else is held to the bounds from window to window.
+      assertHoldsNoMore({ ...now, tracker: { ...now.tracker, wasmBytes: settled.tracker.wasmBytes } }, settled, "after more frames");
+      settled = now;
     }
-    await page.until((now) => now.frames >= frames + FRAMES);
-    assertHoldsNoMore(await page.footprint(), settled, "after more frames");
+    t.diagnostic(`the tracker's memory grew by ${grown} bytes`);
+    assert.ok(grown.filter((bytes) => bytes > 0).length <= MOST_GROWN, `the tracker's memory goes on growing: ${grown} bytes`);
 
     t.diagnostic(`${await page.hide(HIDDEN_MS)} frames in the hidden tab`);
     await page.followsOn();
