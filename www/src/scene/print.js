@@ -38,10 +38,7 @@ export async function printOf(input, place, signal) {
   const isAddress = typeof input === "string" || input instanceof URL;
   if (isAddress && FILM.test(String(input))) return openFilm(String(input), place, signal);
   const image = await readImage(input, signal);
-  if (image instanceof Blob && image.type.startsWith("video/")) {
-    const url = URL.createObjectURL(image);
-    return openFilm(url, place, signal, () => URL.revokeObjectURL(url));
-  }
+  if (image instanceof Blob && image.type.startsWith("video/")) return openFilm(image, place, signal);
   const { frame } = await transferableFrame(image);
   const canvas = Object.assign(document.createElement("canvas"), { width: frame.width, height: frame.height });
   const context = canvas.getContext("2d");
@@ -67,16 +64,16 @@ function canvasPrint(canvas, isLive) {
 }
 
 /**
- * Plays a film until its first picture is there.
+ * Plays a film until its first picture is there. Safari plays none of a server that sends no parts of files: what fails is fetched whole.
  *
- * @param {string} url
+ * @param {string | Blob} input
  * @param {HTMLElement} place
  * @param {AbortSignal} signal
- * @param {() => void} [release] of its address
  */
-async function openFilm(url, place, signal, release = () => undefined) {
+async function openFilm(input, place, signal) {
+  let whole = input instanceof Blob ? URL.createObjectURL(input) : null;
   const film = document.createElement("video");
-  Object.assign(film, { src: url, crossOrigin: "anonymous", muted: true, loop: true, tabIndex: -1 });
+  Object.assign(film, { src: whole ?? input, crossOrigin: "anonymous", muted: true, loop: true, tabIndex: -1 });
   film.playsInline = true;
   film.setAttribute("aria-hidden", "true");
   hide(film);
@@ -85,20 +82,30 @@ async function openFilm(url, place, signal, release = () => undefined) {
     film.remove();
     film.removeAttribute("src");
     film.load();
-    release();
+    if (whole) URL.revokeObjectURL(whole);
+  };
+  // Some browsers fetch nothing before it is to play. Where it may not play by itself it does so when the print is found, or tapped.
+  const play = () => film.play().catch(() => undefined);
+  const fetchWhole = async () => {
+    if (whole) throw film.error;
+    const answer = await fetch(/** @type {string} */ (input));
+    if (!answer.ok) throw film.error;
+    const blob = await answer.blob();
+    if (!film.isConnected) return;
+    film.src = whole = URL.createObjectURL(blob);
+    void play();
   };
   try {
     const first = new Promise((resolve, reject) => {
       film.addEventListener("loadeddata", resolve, { once: true });
-      film.addEventListener("error", () => reject(film.error), { once: true });
+      film.addEventListener("error", () => fetchWhole().catch(reject));
     });
-    // Some browsers fetch nothing before it is to play. Where it may not play by itself it does so when the print is found, or tapped.
-    film.play().catch(() => undefined);
+    void play();
     await unlessAborted(first, signal);
   } catch (cause) {
     close();
     signal.throwIfAborted();
-    throw new DeepSftError("image-unreadable", `The film ${url} could not be played: it is not there, or of a kind this browser does not know.`, { cause });
+    throw new DeepSftError("image-unreadable", `The film ${input} could not be played: it is not there, or of a kind this browser does not know.`, { cause });
   }
   return filmPrint(film, close);
 }

@@ -7,6 +7,9 @@ import { printOf } from "./print.js";
 /** @import { Target } from "../targets/target.js" */
 /** @import { Print, PrintInput } from "./print.js" */
 
+/** WebKit on Linux plays on in secret, to its end, what is paused while it begins: it is let begin, seconds. */
+const BEGUN_S = 0.1;
+
 /** A tracked print in a scene. {@link Sheet} of `deepsft/three` has anchors and the light. */
 export class SceneSheet extends Sheet {
   #place;
@@ -76,7 +79,9 @@ export class SceneSheet extends Sheet {
   playFilm() {
     const film = this.video;
     if (!film) return;
-    if (!this.visible) film.pause();
+    if (!this.visible) {
+      if (film.currentTime > BEGUN_S) film.pause();
+    }
     // Where it may not yet, a tap on the scene plays it.
     else if (film.paused) film.play().catch(() => undefined);
   }
