@@ -15,7 +15,7 @@ const ROUNDING_PX: f64 = 1.0;
 pub struct CameraReport {
     #[serde(flatten)]
     camera: CameraFile,
-    /// `file`, `file, resized`, `exif`, `assumed` (a typical phone) or `model`.
+    /// `file`, `file, resized`, `file, turned`, `exif`, `assumed` (a typical phone) or `model`.
     source: &'static str,
 }
 
@@ -36,33 +36,43 @@ pub fn read(path: &Path) -> Result<Camera> {
     }
 }
 
-/// The camera for `image`, and where it comes from: a camera file, or else what its photograph's EXIF data tell, or else a typical one.
+/// The camera for `image`, which was turned by so many `quarters` clockwise since it was taken, and where it comes from: a camera file, or
+/// else what its photograph's EXIF data tell, or else a typical one.
 pub fn camera_of(
     image: &Picture,
+    quarters: usize,
     file: Option<(&Camera, &Path)>,
     exif: Option<Camera>,
 ) -> Result<(Camera, &'static str)> {
     match (file, exif) {
-        (Some((camera, path)), _) => camera_for(image, camera).blame("camera file", path),
+        (Some((camera, path)), _) => camera_for(image, quarters, camera).blame("camera file", path),
         (None, Some(camera)) => Ok((camera, "exif")),
         _ => Ok((Camera::typical(image.size())?, "assumed")),
     }
 }
 
-/// The camera of a file, for an image of this size.
-fn camera_for(image: &Picture, camera: &Camera) -> Result<(Camera, &'static str)> {
-    if image.size() == camera.size() {
-        return Ok((*camera, "file"));
+/// The camera of a file, for an image of this size that was turned.
+fn camera_for(image: &Picture, quarters: usize, camera: &Camera) -> Result<(Camera, &'static str)> {
+    let turned = |quarters: usize| (0..(4 - quarters) % 4).fold(*camera, |camera, _| camera.turned_anticlockwise());
+    // A camera is calibrated as its sensor lies. One that fits the upright image alone was calibrated upright; one that fits neither way
+    // round but for a quarter was held upright by a phone that does not tell.
+    for quarters in [quarters, 0, 1] {
+        let camera = turned(quarters);
+        let (size, source) = (camera.size(), if quarters == 0 { "file" } else { "file, turned" });
+        if image.size() == size {
+            return Ok((camera, source));
+        }
+        let expected_height = image.width() as f64 * size.height as f64 / size.width as f64;
+        if (expected_height - image.height() as f64).abs() <= ROUNDING_PX {
+            let source = if quarters == 0 { "file, resized" } else { source };
+            return Ok((camera.resized(image.size())?, source));
+        }
     }
-    let expected_height = image.width() as f64 * camera.size().height as f64 / camera.size().width as f64;
-    if (expected_height - image.height() as f64).abs() > ROUNDING_PX {
-        bail!(
-            "it is for images of {} pixels, this one has {}",
-            camera.size(),
-            image.size()
-        );
-    }
-    Ok((camera.resized(image.size())?, "file, resized"))
+    bail!(
+        "it is for images of {} pixels, this one has {}",
+        camera.size(),
+        image.size()
+    );
 }
 
 #[cfg(test)]
@@ -89,11 +99,11 @@ mod tests {
         let exif = Camera::pinhole((1920, 1080), DVec2::splat(1500.0), DVec2::new(960.0, 540.0)).unwrap();
         let path = Path::new("kinect-v2");
         assert_eq!(
-            camera_of(&image, Some((&file, path)), Some(exif)).unwrap(),
+            camera_of(&image, 0, Some((&file, path)), Some(exif)).unwrap(),
             (file, "file")
         );
-        assert_eq!(camera_of(&image, None, Some(exif)).unwrap(), (exif, "exif"));
-        let assumed = camera_of(&image, None, None).unwrap();
+        assert_eq!(camera_of(&image, 0, None, Some(exif)).unwrap(), (exif, "exif"));
+        let assumed = camera_of(&image, 0, None, None).unwrap();
         assert_eq!((assumed.0.focal().x, assumed.1), (0.79 * 1920.0, "assumed"));
         assert!(
             read(Path::new("kinect-v3"))
@@ -104,19 +114,41 @@ mod tests {
     }
 
     #[test]
-    fn a_camera_serves_images_of_its_aspect_ratio_only() {
+    fn a_camera_serves_images_of_its_aspect_ratio_and_is_turned_with_them() {
         let camera = Camera::pinhole((1920, 1080), DVec2::new(1400.0, 1410.0), DVec2::new(950.0, 545.0)).unwrap();
-        let image = |width, height| Picture::from_fn(width, height, |_, _| [0; 3]);
-        assert_eq!(camera_for(&image(1920, 1080), &camera).unwrap(), (camera, "file"));
-        let (half, source) = camera_for(&image(960, 540), &camera).unwrap();
+        let of = |size: (usize, usize), quarters| {
+            let image = Picture::from_fn(size.0, size.1, |_, _| [0; 3]);
+            camera_for(&image, quarters, &camera)
+                .map(|(camera, source)| (camera.focal(), camera.principal_point(), source))
+        };
+        let is = |focal: [f64; 2], centre: [f64; 2], source| (focal.into(), centre.into(), source);
         assert_eq!(
-            (half.focal().x, half.principal_point().y, source),
-            (700.0, 272.5, "file, resized")
+            of((1920, 1080), 0).unwrap(),
+            is([1400.0, 1410.0], [950.0, 545.0], "file")
         );
-        let error = camera_for(&image(1080, 1920), &camera).unwrap_err();
+        assert_eq!(
+            of((960, 540), 0).unwrap(),
+            is([700.0, 705.0], [475.0, 272.5], "file, resized")
+        );
+        // Of the first row becomes the last column, the last row, the first column.
+        assert_eq!(
+            of((1080, 1920), 1).unwrap(),
+            is([1410.0, 1400.0], [535.0, 950.0], "file, turned")
+        );
+        assert_eq!(
+            of((1920, 1080), 2).unwrap(),
+            is([1400.0, 1410.0], [970.0, 535.0], "file, turned")
+        );
+        assert_eq!(
+            of((540, 960), 3).unwrap(),
+            is([705.0, 700.0], [272.5, 485.0], "file, turned")
+        );
+        // Nobody has said which way.
+        assert_eq!(of((1080, 1920), 0).unwrap().2, "file, turned");
+        let error = of((1080, 1080), 0).unwrap_err();
         assert_eq!(
             error.to_string(),
-            "it is for images of 1920 x 1080 pixels, this one has 1080 x 1920"
+            "it is for images of 1920 x 1080 pixels, this one has 1080 x 1080"
         );
     }
 }

@@ -8,23 +8,78 @@ use deepsft_geometry::{Camera, Picture};
 use deepsft_synth::DatasetFolder;
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::{Component, Path};
+use std::path::{Component, Path, PathBuf};
 
-/// Reads a PNG or JPEG file.
+/// How many files that were passed over are named.
+const NAMED: usize = 8;
+
+/// Reads a picture's file.
 pub fn picture(path: &Path) -> Result<Picture> {
     let read = || -> Result<Picture> { Ok(decode_picture(&fs::read(path)?)?) };
     read().blame("image", path)
 }
 
-/// Reads a photograph, and what its EXIF data tell of the camera.
-pub fn photograph(path: &Path) -> Result<(Picture, Option<Camera>)> {
-    let read = || -> Result<(Picture, Option<Camera>)> {
+/// Whether a file is a picture of a kind that is not read.
+pub fn is_unread_picture(path: &Path) -> bool {
+    let ending = path.extension().unwrap_or_default();
+    ["heic", "heif", "avif"]
+        .iter()
+        .any(|unread| ending.eq_ignore_ascii_case(unread))
+}
+
+/// The pictures of a folder that is a `what`, by name. Other files in it are named.
+pub fn pictures_in(folder: &Path, what: &'static str) -> Result<Vec<PathBuf>> {
+    let pictures = deepsft_formats::pictures_in(folder, what)?;
+    let files = fs::read_dir(folder)?.flatten().map(|entry| entry.path());
+    let mut others: Vec<_> = files
+        .filter(|path| path.is_file() && !pictures.contains(path))
+        .collect();
+    others.sort();
+    if !others.is_empty() {
+        let names = others
+            .iter()
+            .take(NAMED)
+            .map(|path| path.file_name().unwrap_or_default().to_string_lossy());
+        let more = if others.len() > NAMED { ", ..." } else { "" };
+        let list = names.collect::<Vec<_>>().join(", ");
+        eprintln!(
+            "note: {} other files in {} are passed over: {list}{more}",
+            others.len(),
+            folder.display()
+        );
+    }
+    Ok(pictures)
+}
+
+/// A photograph and what its file tells of the camera.
+pub struct Photograph {
+    /// Turned upright.
+    pub picture: Picture,
+    /// By how many quarters clockwise it was turned.
+    pub quarters: usize,
+    /// The camera as its EXIF data tell it.
+    pub exif: Option<Camera>,
+}
+
+/// Reads a photograph.
+pub fn photograph(path: &Path) -> Result<Photograph> {
+    let read = || -> Result<Photograph> {
         let bytes = fs::read(path)?;
-        let picture = decode_picture(&bytes)?;
-        let camera = deepsft_formats::camera_from_exif(&bytes, picture.size());
-        Ok((picture, camera))
+        let (picture, quarters) = deepsft_formats::decode_photograph(&bytes)?;
+        let exif = deepsft_formats::camera_from_exif(&bytes, picture.size());
+        Ok(Photograph {
+            picture,
+            quarters,
+            exif,
+        })
     };
     read().blame("image", path)
+}
+
+/// Reads a photograph as the camera's sensor has it: turned or not, all of one camera have one size.
+pub fn photograph_as_stored(path: &Path) -> Result<Picture> {
+    let read = || -> Result<Picture> { Ok(deepsft_formats::decode_as_stored(&fs::read(path)?)?) };
+    read().blame("photograph", path)
 }
 
 /// Reads and checks a model bundle's folder.

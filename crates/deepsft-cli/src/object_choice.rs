@@ -33,7 +33,7 @@ struct ObjectSource {
     /// Model bundle of the object
     #[arg(long, value_name = "BUNDLE")]
     model: Option<PathBuf>,
-    /// Picture (PNG or JPEG) that is printed on a sheet: give --size-mm too. Nothing is trained
+    /// Picture (PNG, JPEG, WebP, ...) that is printed on a sheet: give --size-mm too. Nothing is trained
     #[arg(long, value_name = "FILE", requires = "size_mm")]
     picture: Option<PathBuf>,
     /// Folder of the object's template

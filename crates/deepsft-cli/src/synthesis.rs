@@ -37,7 +37,7 @@ pub struct SynthesisOptions {
     /// Add the default preset's camera effects (blur, noise, white balance, JPEG, ...) to a preset without; its gain stays
     #[arg(long)]
     pub camera_effects: bool,
-    /// Folder of photographs (PNG or JPEG) to show as backgrounds beside the drawn ones; the paper's preset shows only
+    /// Folder of photographs (PNG, JPEG, WebP, ...) to show as backgrounds beside the drawn ones; the paper's preset shows only
     /// them, unchanged
     #[arg(long, value_name = "DIR")]
     pub backgrounds: Option<PathBuf>,

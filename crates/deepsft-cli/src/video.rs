@@ -102,13 +102,15 @@ fn open_stream(path: &Path) -> Result<Yuv4Mpeg<Box<dyn Read>>> {
     Yuv4Mpeg::new(source).blame("video", path)
 }
 
-/// The program ffmpeg decoding a video; reading gives the stream it writes. Where it ends with an error or complains, so
-/// does the reading: of a video that was cut short it decodes what is there, complains, and ends as if all were well.
+/// The program ffmpeg decoding a video; reading gives the stream it writes. Where it ends with an error, so does the reading. Of a video
+/// that was cut short it decodes what is there, complains, and ends as if all were well: a complaint is harmless where as many frames came as
+/// the file announces, and an error elsewhere.
 struct Ffmpeg {
+    path: PathBuf,
     process: Child,
     output: BufReader<std::process::ChildStdout>,
-    /// What it has to say. A thread reads it, or it would stop when nobody does.
-    complaints: Option<JoinHandle<String>>,
+    /// What it has to say, and how many frames it wrote. A thread reads it, or it would stop when nobody does.
+    complaints: Option<JoinHandle<(String, u64)>>,
 }
 
 impl Ffmpeg {
@@ -121,7 +123,7 @@ impl Ffmpeg {
         #[cfg(unix)]
         std::os::unix::process::CommandExt::process_group(&mut command, 0);
         let started = command
-            .args(["-nostdin", "-v", "error", "-i"])
+            .args(["-nostdin", "-v", "error", "-progress", "pipe:2", "-i"])
             .arg(source)
             .args(["-map", "0:v:0", "-vf", "scale=out_color_matrix=bt601:out_range=tv"])
             .args(["-pix_fmt", "yuv444p", "-f", "yuv4mpegpipe", "-"])
@@ -149,14 +151,21 @@ impl Ffmpeg {
             // What cannot be read is not reported.
             let _ = BufReader::new(errors).read_to_end(&mut text);
             let text = String::from_utf8_lossy(&text);
-            let complaints: Vec<&str> = text.lines().map(str::trim).filter(|line| !line.is_empty()).collect();
+            let lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
+            let (progress, complaints): (Vec<&str>, Vec<&str>) = lines.partition(|line| is_progress(line));
+            let frames = progress
+                .iter()
+                .rev()
+                .find_map(|line| line.strip_prefix("frame=")?.trim().parse().ok());
             let shown = complaints[..complaints.len().min(MAX_COMPLAINTS)].join("; ");
-            match complaints.len().saturating_sub(MAX_COMPLAINTS) {
+            let shown = match complaints.len().saturating_sub(MAX_COMPLAINTS) {
                 0 => shown,
                 more => format!("{shown}; and {more} more"),
-            }
+            };
+            (shown, frames.unwrap_or(0))
         };
         Ok(Self {
+            path: path.to_path_buf(),
             process,
             output: BufReader::new(output),
             complaints: Some(std::thread::spawn(read)),
@@ -172,12 +181,55 @@ impl Read for Ffmpeg {
         }
         let status = self.process.wait()?;
         let complaints = self.complaints.take().and_then(|thread| thread.join().ok());
-        match complaints.filter(|text| !text.is_empty()) {
-            Some(text) => Err(std::io::Error::other(format!("ffmpeg: {text}"))),
+        match complaints.filter(|(text, _)| !text.is_empty()) {
+            Some((text, frames))
+                if status.success() && announced_frames(&self.path).is_some_and(|all| frames >= all) =>
+            {
+                eprintln!(
+                    "warning: {}: ffmpeg decoded all {frames} frames and says: {text}",
+                    self.path.display()
+                );
+                Ok(0)
+            }
+            Some((text, _)) => Err(std::io::Error::other(format!("ffmpeg: {text}"))),
             None if status.success() => Ok(0),
             None => Err(std::io::Error::other(format!("ffmpeg ended with {status}"))),
         }
     }
+}
+
+/// Whether a line is one of ffmpeg's report of its progress, as `frame=60`.
+fn is_progress(line: &str) -> bool {
+    let is_name = |name: &str| {
+        !name.is_empty()
+            && name
+                .chars()
+                .all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_')
+    };
+    line.split_once('=').is_some_and(|(name, _)| is_name(name))
+}
+
+/// How many frames a video's file says that it has. `None` where ffprobe does not tell.
+fn announced_frames(path: &Path) -> Option<u64> {
+    let mut source = OsString::from("file:");
+    source.push(path);
+    let told = Command::new("ffprobe")
+        .args([
+            "-v",
+            "quiet",
+            "-select_streams",
+            "v:0",
+            "-show_entries",
+            "stream=nb_frames",
+        ])
+        .args(["-of", "csv=p=0"])
+        .arg(source)
+        .output();
+    String::from_utf8_lossy(&told.ok()?.stdout)
+        .trim()
+        .trim_end_matches(',')
+        .parse()
+        .ok()
 }
 
 impl Drop for Ffmpeg {

@@ -20,7 +20,7 @@ pub struct CameraFile {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pixel_centers: Option<PixelCenters>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    distortion: Option<[f64; 5]>,
+    distortion: Option<Vec<f64>>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     fisheye: Option<[f64; 4]>,
 }
@@ -42,8 +42,8 @@ impl CameraFile {
     pub fn new(camera: &Camera) -> Self {
         let (focal, principal) = (camera.focal(), camera.principal_point());
         let (distortion, fisheye) = match camera.lens() {
-            Lens::Pinhole => (Some([0.0; 5]), None),
-            Lens::Polynomial(coefficients) => (Some(coefficients), None),
+            Lens::Pinhole => (Some(vec![0.0; 5]), None),
+            Lens::Polynomial(coefficients) => (Some(coefficients.to_vec()), None),
             Lens::Fisheye(coefficients) => (None, Some(coefficients)),
         };
         Self {
@@ -77,18 +77,18 @@ impl CameraFile {
         };
         let (focal, centre) = (DVec2::new(self.fx, self.fy), DVec2::new(self.cx, self.cy) + corner);
         let camera = Camera::pinhole((self.width, self.height), focal, centre)?;
-        match (self.distortion, self.fisheye) {
+        match (&self.distortion, self.fisheye) {
             (Some(_), Some(_)) => Err(FormatError::CameraFile(
                 "it has distortion and fisheye, of which a lens has one".to_owned(),
             )),
             (None, Some(coefficients)) => Ok(camera.with_fisheye(coefficients)?),
-            (coefficients, None) => Ok(camera.with_distortion(coefficients.unwrap_or_default())?),
+            (coefficients, None) => Ok(camera.with_opencv_distortion(coefficients.as_deref().unwrap_or_default())?),
         }
     }
 }
 
 /// Reads the content of a `camera.json`: `width`, `height`, `fx`, `fy`, `cx`, `cy` in pixels and, if the lens distorts,
-/// `distortion` in OpenCV's order (k1, k2, p1, p2, k3) or `fisheye` with the (k1, k2, k3, k4) of `cv::fisheye`. The image's
+/// `distortion` in OpenCV's order (k1, k2, p1, p2, k3, or 4, 8, 12 or 14 numbers) or `fisheye` with the (k1, k2, k3, k4) of `cv::fisheye`. The image's
 /// corner is (0, 0) and the centre of the first pixel (0.5, 0.5) unless the file says `"pixel_centers": "integer"`, as
 /// calibrations by OpenCV need: then half a pixel is added to `cx` and `cy`.
 ///
@@ -112,7 +112,7 @@ pub fn camera_from_json(json: &[u8]) -> Result<Camera, FormatError> {
 /// a lens without.
 pub fn camera_to_json(camera: &Camera) -> String {
     let mut file = CameraFile::new(camera);
-    file.distortion = file.distortion.filter(|distortion| *distortion != [0.0; 5]);
+    file.distortion = file.distortion.filter(|distortion| distortion[..] != [0.0; 5]);
     // Numbers and fixed keys: there is nothing in it that JSON could not say.
     serde_json::to_string_pretty(&file).unwrap_or_default()
 }

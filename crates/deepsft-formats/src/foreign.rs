@@ -1,7 +1,9 @@
 //! The border to the decoders of others, which foreign bytes may bring to panic.
 
-use std::io::{Error, Result};
+use std::io::{Cursor, Error, Result};
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use zune_jpeg::JpegDecoder;
+use zune_jpeg::zune_core::options::DecoderOptions;
 
 const PNG_SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
 
@@ -31,6 +33,21 @@ pub(crate) fn check_png(bytes: &[u8]) -> Result<()> {
         rest = content.get(length.saturating_add(4)..).unwrap_or_default();
     }
     Ok(())
+}
+
+/// Refuses a JPEG file that was cut within its pixels: the decoder of the crate `image` fills what is missing with grey. A whole image that
+/// lacks its end marker alone, as of some web cameras, passes.
+pub(crate) fn check_jpeg_end(bytes: &[u8]) -> Result<()> {
+    let [start, scan, end] = [0xd8, 0xda, 0xd9].map(|marker| [0xff, marker]);
+    let last = |marker: [u8; 2]| bytes.windows(2).rposition(|pair| pair == marker);
+    if !bytes.starts_with(&start) || last(end) > last(scan) {
+        return Ok(());
+    }
+    let options = DecoderOptions::new_fast().set_strict_mode(true);
+    let decoded = JpegDecoder::new_with_options(Cursor::new(bytes), options).decode();
+    decoded
+        .map(drop)
+        .map_err(|_| Error::other("it was cut short: its last rows are missing"))
 }
 
 #[cfg(test)]

@@ -9,6 +9,8 @@ mod fingerprint;
 #[cfg(feature = "fs")]
 mod folder;
 mod foreign;
+#[cfg(feature = "cameras")]
+mod foreign_camera;
 mod glb;
 mod npy;
 mod obj;
@@ -32,11 +34,14 @@ pub use folder::{
     unfinished_folder, write_file, write_folder,
 };
 pub use foreign::guarded;
+#[cfg(feature = "cameras")]
+pub use foreign_camera::camera_from_foreign;
 pub use glb::mesh_to_glb;
 pub use npy::{bool_npy, f32_npy, f32_npy_header};
 pub use obj::{mesh_from_obj, mesh_to_obj};
 pub use picture::{
-    MAX_PICTURE_SIDE_PX, decode_image, decode_picture, encode_jpeg, encode_pixels, encode_png, is_picture,
+    MAX_PICTURE_SIDE_PX, decode_as_stored, decode_image, decode_photograph, decode_picture, encode_jpeg, encode_pixels,
+    encode_png, is_picture,
 };
 #[cfg(feature = "scan")]
 pub use scan::{Scan, ScanPart, ScannedTemplate, assemble_scan, read_scan};

@@ -89,9 +89,16 @@ impl ObjFile {
     pub(crate) fn parse(bytes: &[u8]) -> Result<Self, FormatError> {
         let mut file = Self::default();
         let mut group = ObjGroup::default();
+        let mut begun = String::new();
         for (number, line) in (1..).zip(bytes.split(|&byte| byte == b'\n')) {
-            let line = String::from_utf8_lossy(line);
-            let (keyword, rest) = line.trim().split_once(char::is_whitespace).unwrap_or((line.trim(), ""));
+            let line = begun + String::from_utf8_lossy(line).trim_start_matches('\u{feff}').trim();
+            begun = String::new();
+            // The line goes on in the next.
+            if let Some(first) = line.strip_suffix('\\') {
+                begun = format!("{first} ");
+                continue;
+            }
+            let (keyword, rest) = line.split_once(char::is_whitespace).unwrap_or((&line, ""));
             let failure = |reason: String| FormatError::Obj { line: number, reason };
             let missing = |what: &str| failure(format!("{what} expected, not {rest:?}"));
             match keyword {

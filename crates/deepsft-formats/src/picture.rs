@@ -1,7 +1,7 @@
-//! Picture files: PNG and JPEG bytes to pictures and back.
+//! Picture files to pictures, and back to PNG and JPEG.
 
 use crate::error::FormatError;
-use crate::foreign::{check_png, guarded};
+use crate::foreign::{check_jpeg_end, check_png, guarded};
 use deepsft_geometry::{ImageSize, Picture, check_size};
 use image::codecs::jpeg::JpegEncoder;
 use image::codecs::png::PngEncoder;
@@ -15,8 +15,10 @@ use std::path::Path;
 /// Longest side of a picture that is decoded, pixels. JPEG ends at 65,535; a 200-megapixel phone has 16,384.
 pub const MAX_PICTURE_SIDE_PX: u32 = 16_384;
 
-/// Most memory the pixels of a picture may take, MiB, as the file has them and as 8-bit RGB: 178 megapixels.
+/// Most memory the pixels of a picture may take, MiB, as the file has them and as 8-bit RGB: 178 megapixels. Decoders of other kinds than
+/// PNG and JPEG hold them more than once.
 const MAX_MIB: u64 = 512;
+const MAX_OTHER_MIB: u64 = 256;
 
 /// Whether a file is a picture that is decoded, by the ending of its name.
 ///
@@ -29,25 +31,53 @@ pub fn is_picture(path: &Path) -> bool {
     ImageFormat::from_path(path).is_ok_and(|format| format.reading_enabled())
 }
 
-/// Decodes a PNG or JPEG file. The picture is turned upright as its EXIF orientation asks,
+/// Decodes a PNG or JPEG file, and with the feature `pictures` WebP, BMP, TIFF and GIF (its first frame). The picture is turned upright as its EXIF orientation asks,
 /// transparent parts become white as on paper, 16-bit values are rounded to 8 bits, grey becomes RGB.
 ///
 /// # Errors
 /// [`FormatError::PictureFile`] when the file is empty, of another kind, cut short or corrupt, or larger than
 /// [`MAX_PICTURE_SIDE_PX`] or 512 MiB of pixels; nothing of that size is allocated.
 pub fn decode_picture(bytes: &[u8]) -> Result<Picture, FormatError> {
+    Ok(decode_photograph(bytes)?.0)
+}
+
+/// Decodes a picture as [`decode_picture`] does, and tells by how many quarters clockwise it was turned.
+///
+/// # Errors
+/// As [`decode_picture`].
+pub fn decode_photograph(bytes: &[u8]) -> Result<(Picture, usize), FormatError> {
     let (decoded, orientation) = decode(bytes, None)?;
-    let rgb = if decoded.color().has_alpha() {
-        over_white(decoded)
-    } else {
-        decoded.into_rgb8()
-    };
     // Last: turning makes a copy, which of three bytes a pixel is the smallest.
-    let mut upright = DynamicImage::ImageRgb8(rgb);
+    let mut upright = DynamicImage::ImageRgb8(opaque(decoded));
     upright.apply_orientation(orientation);
-    let rgb = upright.into_rgb8();
+    let quarters = match orientation {
+        Orientation::NoTransforms | Orientation::FlipHorizontal => 0,
+        Orientation::Rotate90 | Orientation::Rotate90FlipH => 1,
+        Orientation::Rotate180 | Orientation::FlipVertical => 2,
+        Orientation::Rotate270 | Orientation::Rotate270FlipH => 3,
+    };
+    Ok((picture(upright.into_rgb8())?, quarters))
+}
+
+/// Decodes a picture as [`decode_picture`] does, but as the sensor has it: its EXIF orientation does not count.
+///
+/// # Errors
+/// As [`decode_picture`].
+pub fn decode_as_stored(bytes: &[u8]) -> Result<Picture, FormatError> {
+    picture(opaque(decode(bytes, None)?.0))
+}
+
+fn picture(rgb: RgbImage) -> Result<Picture, FormatError> {
     let (width, height) = (rgb.width() as usize, rgb.height() as usize);
     Ok(Picture::new(width, height, rgb.into_raw())?)
+}
+
+/// 8-bit RGB, transparent parts white.
+fn opaque(decoded: DynamicImage) -> RgbImage {
+    match decoded.color().has_alpha() {
+        true => over_white(decoded),
+        false => decoded.into_rgb8(),
+    }
 }
 
 /// Decodes a PNG or JPEG file of a known size as it is stored: its EXIF orientation does not count, transparency and 16-bit values stay.
@@ -71,11 +101,15 @@ fn decode_unguarded(bytes: &[u8], expected: Option<ImageSize>) -> Result<(Dynami
         .with_guessed_format()
         .map_err(FormatError::picture)?;
     if reader.format().is_none() {
-        return Err(FormatError::picture("it is neither PNG nor JPEG"));
+        return Err(FormatError::picture(unknown_kind(bytes)));
     }
     // The sides are checked here for a clearer message; this bounds what headers and metadata take.
+    let max_mib = match reader.format() {
+        Some(ImageFormat::Png | ImageFormat::Jpeg) => MAX_MIB,
+        _ => MAX_OTHER_MIB,
+    };
     let mut limits = Limits::no_limits();
-    limits.max_alloc = Some(MAX_MIB << 20);
+    limits.max_alloc = Some(max_mib << 20);
     reader.limits(limits);
     let mut decoder = reader.into_decoder().map_err(FormatError::picture)?;
     let (width, height) = decoder.dimensions();
@@ -88,14 +122,40 @@ fn decode_unguarded(bytes: &[u8], expected: Option<ImageSize>) -> Result<(Dynami
     if width.max(height) > MAX_PICTURE_SIDE_PX {
         return Err(too_large(format!("a side has at most {MAX_PICTURE_SIDE_PX} pixels")));
     }
-    if mib > MAX_MIB {
+    if mib > max_mib {
         return Err(too_large(format!(
-            "decoded it takes {mib} MiB, at most {MAX_MIB} are read"
+            "decoded it takes {mib} MiB, at most {max_mib} are read"
         )));
     }
     let orientation = decoder.orientation().map_err(FormatError::picture)?;
+    check_jpeg_end(bytes).map_err(FormatError::picture)?;
     let decoded = DynamicImage::from_decoder(decoder).map_err(FormatError::picture)?;
     Ok((decoded, orientation))
+}
+
+/// What a file is that no decoder knows, and what to do.
+fn unknown_kind(bytes: &[u8]) -> String {
+    let read = [
+        ImageFormat::Png,
+        ImageFormat::Jpeg,
+        ImageFormat::WebP,
+        ImageFormat::Tiff,
+        ImageFormat::Bmp,
+        ImageFormat::Gif,
+    ];
+    let read = read
+        .iter()
+        .filter(|format| format.reading_enabled())
+        .map(|format| format!("{format:?}").to_uppercase());
+    let read = read.collect::<Vec<_>>().join(", ");
+    let brand = bytes.get(4..12).and_then(|brand| brand.strip_prefix(b"ftyp"));
+    match brand {
+        Some(b"avif" | b"avis") => format!("it is AVIF, which is not read: save it as PNG or JPEG ({read} are read)"),
+        Some(b"heic" | b"heix" | b"hevc" | b"mif1" | b"msf1") => format!(
+            "it is HEIC, which is not read: export it as JPEG (on an iPhone: Settings, Camera, Formats, Most Compatible); {read} are read"
+        ),
+        _ => format!("it is of no kind that is read: {read}"),
+    }
 }
 
 /// The bytes of a PNG file of `picture` (8-bit RGB).

@@ -8,6 +8,7 @@
 #![allow(clippy::expect_used)]
 
 mod bundle;
+mod camera;
 mod checkpoint;
 mod files;
 mod gltf;
@@ -42,8 +43,8 @@ macro_rules! targets {
 }
 
 /// The targets, by name.
-pub const TARGETS: [Target; 10] = targets![
-    bundle, checkpoint, gltf, obj, picture, recording, shard, template, weights, y4m
+pub const TARGETS: [Target; 11] = targets![
+    bundle, camera, checkpoint, gltf, obj, picture, recording, shard, template, weights, y4m
 ];
 
 /// Targets that fail on inputs which only guided mutation finds, so that we know that a failure is seen.

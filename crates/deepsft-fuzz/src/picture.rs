@@ -1,4 +1,4 @@
-//! Pictures of people: PNG and JPEG, and what EXIF says of the camera.
+//! Pictures of people, and what EXIF says of the camera.
 
 use crate::files::is_one_of;
 use crate::png;
@@ -7,7 +7,7 @@ use deepsft::{decode_picture, encode_png};
 use deepsft_formats::{camera_from_exif, encode_jpeg};
 use deepsft_geometry::{ImageSize, Picture};
 use image::codecs::jpeg::JpegEncoder;
-use image::{ExtendedColorType, ImageEncoder, ImageReader};
+use image::{ExtendedColorType, ImageEncoder, ImageFormat, ImageReader};
 use std::io::Cursor;
 
 /// Pixels from which few JPEG files are decoded: their pixels are all there, however short the file is.
@@ -85,7 +85,16 @@ pub(crate) fn seeds() -> Result<Vec<Vec<u8>>> {
     };
     let filters = [0, 1, 2, 3, 1, 4, 5, 6, 2, 7, 8, 9, 3, 1, 2, 3, 4, 4, 5, 6];
     let deep = [0, 1, 2, 3, 4, 5, 6, 7, 8, 8, 7, 6, 5, 4, 3, 2, 1];
+    let other = |format| -> Result<Vec<u8>> {
+        let mut file = Cursor::new(Vec::new());
+        image::write_buffer_with_format(&mut file, picture.rgb(), 5, 4, ExtendedColorType::Rgb8, format)?;
+        Ok(file.into_inner())
+    };
     Ok(vec![
+        other(ImageFormat::WebP)?,
+        other(ImageFormat::Bmp)?,
+        other(ImageFormat::Tiff)?,
+        other(ImageFormat::Gif)?,
         encode_png(&picture)?,
         encode_jpeg(&picture, 90)?,
         jpeg,

@@ -71,12 +71,12 @@ pub fn scanned_template(
             let reason = format!("{} is missing: choose it together with the scan", path.display());
             FormatError::Scan(reason)
         };
-        // Files that people choose have no folders.
-        let names = [Some(path.as_os_str()), path.file_name()];
-        let file = names
-            .into_iter()
-            .flatten()
-            .find_map(|name| files.get(&*name.to_string_lossy()));
+        // Files that people choose have no folders, and files from Windows may write their letters otherwise.
+        let wanted = path.file_name().unwrap_or_default();
+        let mut alike = files.iter().filter(|(name, _)| wanted.eq_ignore_ascii_case(name));
+        let file = files
+            .get(&*path.to_string_lossy())
+            .or_else(|| alike.next().map(|(_, bytes)| bytes));
         file.cloned().ok_or_else(missing)
     };
     let mut scan = read_scan_bytes(name, bytes, texture, &beside).map_err(broken)?;

@@ -82,7 +82,8 @@ export function centredCamera(width, height, focal, source) {
 }
 
 /**
- * Checks a camera against the image it is for. A camera for the same picture at another scale is scaled.
+ * Checks a camera against the image it is for. A camera for the same picture at another scale is scaled, and one for it turned by a quarter
+ * is turned clockwise, as a phone that is held upright turns its picture.
  *
  * @param {KnownCamera} camera
  * @param {number} width of the image, pixels
@@ -107,9 +108,11 @@ export function cameraForImage(camera, width, height) {
       );
     }
   }
-  const distortion = camera.distortion ?? [0, 0, 0, 0, 0];
+  const distortion = [...(camera.distortion ?? [0, 0, 0, 0, 0])];
+  if (distortion.length === 4) distortion.push(0);
   if (distortion.length !== 5 || !distortion.every(Number.isFinite)) {
-    throw new DeepSftError("camera-intrinsics", "The camera's distortion must be five numbers: k1, k2, p1, p2, k3.");
+    const message = "The camera's distortion must be k1, k2, p1, p2, k3; deepsft camera import makes five of OpenCV's longer lists.";
+    throw new DeepSftError("camera-intrinsics", message);
   }
   const { fisheye } = camera;
   if (fisheye && (fisheye.length !== 4 || !fisheye.every(Number.isFinite))) {
@@ -120,7 +123,9 @@ export function cameraForImage(camera, width, height) {
   }
   const [sx, sy] = [width / camera.width, height / camera.height];
   // Two pixels of rounding, as scalers leave, are the same picture; anything more is a crop or a rotation.
-  if (Math.abs(sx - sy) * Math.max(camera.width, camera.height) > 2) {
+  const isSame = (/** @type {number} */ a, /** @type {number} */ b) => Math.abs(a - b) * Math.max(camera.width, camera.height) <= 2;
+  if (!isSame(sx, sy)) {
+    if (isSame(width / camera.height, height / camera.width)) return cameraForImage(turned({ ...camera, distortion }), width, height);
     const [is, wants] = [`${width} x ${height}`, `${camera.width} x ${camera.height}`];
     throw new DeepSftError(
       "camera-intrinsics",
@@ -139,6 +144,11 @@ export function cameraForImage(camera, width, height) {
     source: camera.source ?? "given",
     ...(camera.spread && { spread: camera.spread * sx }),
   };
+}
+
+/** A camera for its image turned by a quarter clockwise. @param {KnownCamera & { distortion: number[] }} camera @returns {KnownCamera} */
+function turned({ width, height, fx, fy, cx, cy, distortion: [k1, k2, p1, p2, k3], ...rest }) {
+  return { ...rest, width: height, height: width, fx: fy, fy: fx, cx: height - cy, cy: cx, distortion: [k1, k2, p2, -p1, k3] };
 }
 
 /**

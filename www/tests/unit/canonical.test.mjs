@@ -67,14 +67,20 @@ test("the network sees as much as the image of a camera reaches beyond the train
   near([fisheye.left, fisheye.right], [400 - 250 * Math.atan(240 / 142.5), 400 + 250 * Math.atan(240 / 142.5)], 1e-6);
 });
 
-test("a camera for the same picture at half the size is scaled, one for another shape refused", () => {
+test("a camera for the same picture at half the size is scaled, for it turned by a quarter turned, one for another shape refused", () => {
   const camera = { width: 1280, height: 720, fx: 1000, fy: 1010, cx: 630, cy: 350 };
   const { fx, fy, cx, cy, source } = cameraForImage(camera, 640, 360);
   assert.deepEqual([fx, fy, cx, cy, source], [500, 505, 315, 175, "given"]);
-  assert.throws(() => cameraForImage(camera, 720, 1280), {
+  const across = { ...camera, distortion: [0.1, -0.05, 0.02, -0.01] };
+  const upright = cameraForImage(across, 360, 640);
+  assert.deepEqual([upright.fx, upright.fy, upright.cx, upright.cy], [505, 500, 185, 315]);
+  // What the camera across sees at (x, y) the one upright sees at (height - y, x).
+  const [x, y] = imageFromCanonical(cameraForImage(across, 640, 360), 300, 170);
+  near(imageFromCanonical(upright, 135 - 35, 240 + 60), [360 - y, x], 1e-6);
+  assert.throws(() => cameraForImage(camera, 720, 720), {
     name: "DeepSftError",
     code: "camera-intrinsics",
-    message: /1280 x 720.*720 x 1280/,
+    message: /1280 x 720.*720 x 720/,
   });
 });
 

@@ -107,7 +107,8 @@ export declare function estimatedCamera(width: number, height: number): SourcedC
  */
 export declare function centredCamera(width: number, height: number, focal: number, source: CameraSource): SourcedCamera;
 /**
- * Checks a camera against the image it is for. A camera for the same picture at another scale is scaled.
+ * Checks a camera against the image it is for. A camera for the same picture at another scale is scaled, and one for it turned by a quarter
+ * is turned clockwise, as a phone that is held upright turns its picture.
  *
  * @param {KnownCamera} camera
  * @param {number} width of the image, pixels

@@ -96,7 +96,7 @@ pub struct ReconstructArguments {
     /// What computes: cpu, or webgpu if the program was built with it
     #[arg(long, value_name = "DEVICE", default_value_t = DeviceKind::Cpu)]
     device: DeviceKind,
-    /// Images (PNG or JPEG)
+    /// Images (PNG, JPEG, WebP, ...)
     #[arg(value_name = "IMAGE", required = true)]
     images: Vec<PathBuf>,
 }
@@ -214,8 +214,9 @@ impl Object {
     /// Reconstructs one image and returns a line about it.
     fn reconstruct(&mut self, path: &Path, camera: Option<(&Camera, &Path)>, folder: &Path) -> Result<String> {
         let mut stages = Stages::default();
-        let (image, exif) = stages.time("decode", || input::photograph(path))?;
-        let (camera, source) = camera_of(&image, camera, exif)?;
+        let photograph = stages.time("decode", || input::photograph(path))?;
+        let (image, quarters) = (photograph.picture, photograph.quarters);
+        let (camera, source) = camera_of(&image, quarters, camera, photograph.exif)?;
         let results = StagedFolder::new(folder, &RESULTS_FOLDER)?;
         let estimate = match &mut self.recovery {
             None => fitted(&mut self.finder, &image, &camera, &mut stages)?,

@@ -25,7 +25,7 @@ pub enum TemplateCommand {
     /// Make the template of a flat object from a picture of it and its size.
     ///
     /// The picture shows the front of the object from edge to edge and nothing else: a scan, the artwork
-    /// it was printed from, or a photograph cropped and straightened. It may be PNG or JPEG.
+    /// it was printed from, or a photograph cropped and straightened. It may be PNG, JPEG, WebP, BMP, TIFF or GIF.
     #[command(after_help = "\
 Examples: an A4 sheet in landscape, and the label of a tin 84 mm thick
   deepsft template new --image sheet.png --size-mm 297x210 --out sheet
@@ -41,7 +41,7 @@ deepsft reconstruct --template DIR photo.jpg --out RESULTS")]
 
 #[derive(Args)]
 pub struct NewArguments {
-    /// Picture of the object's front (PNG or JPEG)
+    /// Picture of the object's front (PNG, JPEG, WebP, ...)
     #[arg(long, value_name = "FILE")]
     image: PathBuf,
     /// Width x height of the object in millimetres, as the picture shows it

@@ -268,7 +268,7 @@ fn camera(arguments: &TrackArguments, first: &Picture) -> Result<(Camera, &'stat
         .as_ref()
         .or(Some(&beside).filter(|path| path.is_file()));
     let camera = path.map(|path| camera_choice::read(path)).transpose()?;
-    camera_of(first, camera.as_ref().zip(path.map(PathBuf::as_path)), None)
+    camera_of(first, 0, camera.as_ref().zip(path.map(PathBuf::as_path)), None)
 }
 
 fn check_template(clip: &ClipFolder, template: &Template) -> Result<()> {

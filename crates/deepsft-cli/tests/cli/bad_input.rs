@@ -44,7 +44,7 @@ fn an_image_that_is_none_is_refused_with_its_name_and_the_cause() {
     for (name, bytes, cause) in [
         ("empty.png", Vec::new(), "empty (0 bytes)"),
         ("huge.png", announcing(20_000), "20000 x 20000 pixels is too large"),
-        ("text.jpg", b"hello".to_vec(), "neither PNG nor JPEG"),
+        ("text.jpg", b"hello".to_vec(), "no kind that is read: PNG, JPEG"),
         ("cut.png", cut[..cut.len() / 2].to_vec(), "cannot be read"),
     ] {
         fs::write(folder.path().join(name), bytes).unwrap();

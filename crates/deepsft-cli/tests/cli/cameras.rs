@@ -145,6 +145,117 @@ fn photographs_of_a_charuco_board_and_of_a_checkerboard_give_the_camera() {
     assert_eq!(camera.size(), (960, 720).into());
 }
 
+/// A JPEG file with an EXIF orientation.
+fn oriented(picture: &Picture, orientation: u8) -> Vec<u8> {
+    let jpeg = deepsft_formats::encode_jpeg(picture, 97).unwrap();
+    let tiff = [
+        b"Exif\0\0MM\0*\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0".as_slice(),
+        &[orientation, 0, 0, 0, 0, 0, 0],
+    ]
+    .concat();
+    let length = (tiff.len() as u16 + 2).to_be_bytes();
+    [&jpeg[..2], &[0xFF, 0xE1], &length, &tiff, &jpeg[2..]].concat()
+}
+
+#[test]
+fn odd_photographs_among_those_of_a_board_are_named_and_left_out() {
+    let folder = tempfile::tempdir().unwrap();
+    deepsft(folder.path(), &["camera", "board", "--out", "board.png"]).succeeds();
+    let board = decode_picture(&fs::read(folder.path().join("board.png")).unwrap()).unwrap();
+    let mixed = folder.path().join("mixed");
+    photographs(&mixed, &shrunk(&board, 3), DVec2::new(297.0, 210.0), &POSES);
+    // Held the other way round, and upright: the sensor is where it was.
+    for (name, orientation) in [(4, 3), (5, 3), (6, 6), (7, 8)] {
+        let file = mixed.join(format!("{name}.png"));
+        let picture = decode_picture(&fs::read(&file).unwrap()).unwrap();
+        fs::remove_file(file).unwrap();
+        fs::write(mixed.join(format!("{name}.jfif")), oriented(&picture, orientation)).unwrap();
+    }
+    let screenshot = encode_png(&Picture::from_fn(64, 48, |x, _| [x as u8; 3])).unwrap();
+    fs::write(mixed.join("0-screenshot.png"), &screenshot).unwrap();
+    fs::write(mixed.join("cut.png"), &screenshot[..60]).unwrap();
+    fs::write(mixed.join("phone.HEIC"), b"ftypheic").unwrap();
+    calibrated(folder.path(), &["--charuco", "9x6", "mixed"], 0.4);
+    let again = deepsft(
+        folder.path(),
+        &["camera", "calibrate", "--out", "b.json", "--charuco", "9x6", "mixed"],
+    );
+    let said = &again.succeeds().stderr;
+    for words in ["cut.png", "phone.HEIC", "64 x 48"] {
+        assert!(said.contains(words), "{words}: {said}");
+    }
+}
+
+#[test]
+fn a_camera_that_was_calibrated_across_is_turned_with_a_photograph_that_was_taken_upright() {
+    let folder = tempfile::tempdir().unwrap();
+    let texture = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models/poster-a4/template/texture.png");
+    let print = decode_picture(&fs::read(&texture).unwrap()).unwrap();
+    let picture = photograph(&camera(), &print, DVec2::new(297.0, 210.0), POSES[2]);
+    fs::write(folder.path().join("upright.jpg"), oriented(&picture, 6)).unwrap();
+    fs::write(folder.path().join("across.jpg"), oriented(&picture, 1)).unwrap();
+    // The same camera, as another program has it.
+    let opencv = "%YAML:1.0\nimage_width: 960\nimage_height: 720\ncamera_matrix: !!opencv-matrix\n  rows: 3\n  cols: 3\n  dt: d\n  \
+                  data: [820, 0, 486.5, 0, 824, 352.5, 0, 0, 1]\ndistortion_coefficients: [-0.13, 0.05, 0, 0]\n";
+    fs::write(folder.path().join("opencv.yml"), opencv).unwrap();
+    let import = ["camera", "import", "opencv.yml", "--out", "camera.json"];
+    let imported = deepsft(folder.path(), &import);
+    let said = &imported.succeeds().stdout;
+    assert!(said.contains("960 x 720 pixels, focal length 820.00, 824.00"), "{said}");
+    assert_eq!(
+        deepsft_formats::read_camera(&folder.path().join("camera.json")).unwrap(),
+        camera()
+    );
+    fs::write(folder.path().join("lens.yml"), opencv.replace("[-0.13", "[1, 2, -0.13")).unwrap();
+    deepsft(folder.path(), &["camera", "import", "lens.yml", "--out", "b.json"])
+        .fails(3, &["lens.yml", "4, 5, 8, 12 or 14"]);
+    let texture = texture.to_str().unwrap();
+    deepsft(
+        folder.path(),
+        &[
+            ["reconstruct", "--picture", texture, "--size-mm", "297x210"].as_slice(),
+            &[
+                "--camera",
+                "opencv.yml",
+                "--out",
+                "results",
+                "upright.jpg",
+                "across.jpg",
+            ],
+        ]
+        .concat(),
+    )
+    .succeeds();
+    let report = |name: &str| -> Value {
+        serde_json::from_slice(&fs::read(folder.path().join("results").join(name).join("report.json")).unwrap())
+            .unwrap()
+    };
+    let (upright, across) = (report("upright"), report("across"));
+    assert_eq!((&upright["found"], &across["found"]), (&true.into(), &true.into()));
+    assert_eq!(across["camera"]["source"], "file");
+    assert_eq!(upright["camera"]["source"], "file, turned");
+    let camera = &upright["camera"];
+    let sides = [
+        &camera["width"],
+        &camera["height"],
+        &camera["fx"],
+        &camera["cx"],
+        &camera["cy"],
+    ];
+    assert_eq!(
+        sides.map(|value| value.as_f64().unwrap()),
+        [720.0, 960.0, 824.0, 367.0, 487.0]
+    );
+    // The same sheet as far away.
+    let depth = |report: &Value| report["depth_mm"][1].as_f64().unwrap_or_else(|| panic!("{report}"));
+    assert!(
+        (depth(&upright) - depth(&across)).abs() < 2.0,
+        "{} {}",
+        depth(&upright),
+        depth(&across)
+    );
+}
+
 #[test]
 fn photographs_of_a_print_that_lies_flat_give_the_camera() {
     let folder = tempfile::tempdir().unwrap();
@@ -181,7 +292,9 @@ fn what_is_no_board_and_what_is_parallel_is_refused_with_what_to_do() {
     let grey = encode_png(&Picture::from_fn(64, 48, |x, _| [x as u8; 3])).unwrap();
     fs::write(folder.path().join("grey.png"), grey).unwrap();
     calibrate(&["grey.png"]).fails(3, &["grey.png", "no ChArUco board was seen"]);
-    calibrate(&["parallel/0.png", "grey.png"]).fails(3, &["grey.png", "64 x 48", "960 x 720"]);
+    calibrate(&["parallel/0.png", "grey.png", "parallel/1.png"]).fails(3, &["grey.png", "2 of the 2 photographs"]);
+    fs::write(folder.path().join("a.HEIC"), b"\0\0\0\x18ftypheic\0\0\0\0").unwrap();
+    calibrate(&["a.HEIC"]).fails(3, &["a.HEIC", "export it as JPEG", "no photograph that can be used"]);
     calibrate(&["nowhere"]).fails(3, &["nowhere"]);
     // A video is read to its end, also between the frames that are looked at.
     let frame = [&b"FRAME\n"[..], &[128; 64 * 48]].concat();

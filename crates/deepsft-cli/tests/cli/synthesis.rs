@@ -192,7 +192,7 @@ fn presets_and_photographs_change_the_images_and_bad_photographs_are_told() {
         deepsft(folder.path(), &words.split(' ').collect::<Vec<_>>())
     };
     synth("--backgrounds nowhere --out x").fails(3, &["folder of photographs", "nowhere"]);
-    synth("--backgrounds none --out x").fails(3, &["none", "no PNG or JPEG"]);
+    synth("--backgrounds none --out x").fails(3, &["none", "no picture in it"]);
     synth("--backgrounds broken --out x").fails(3, &["image", "half.jpg"]);
     synth("--images papier --out x").fails(2, &["papier", "default, paper"]);
     assert!(!folder.path().join("x").exists());

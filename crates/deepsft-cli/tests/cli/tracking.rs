@@ -273,7 +273,7 @@ fn what_is_no_video_is_refused_and_nothing_is_written() {
     write_bundle(folder.path(), "model");
     let path = folder.path();
     fs::create_dir(path.join("empty")).unwrap();
-    track(path, "model", &["empty"]).fails(INVALID_INPUT, &["folder of frames empty", "no PNG or JPEG"]);
+    track(path, "model", &["empty"]).fails(INVALID_INPUT, &["folder of frames empty", "no picture in it"]);
     track(path, "model", &["nowhere.mp4"]).fails(INVALID_INPUT, &["video nowhere.mp4", "No such file"]);
 
     for name in ["f1.png", "f2.png", "f3.png"] {
@@ -468,11 +468,12 @@ fn what_ffmpeg_decodes_is_tracked_and_what_it_complains_about_is_told() {
     write_stream(&path.join("stream"), 3);
     fs::write(path.join("video.mp4"), "not decoded by us").unwrap();
     fs::create_dir(path.join("bin")).unwrap();
-    let program = |script: &str| {
-        let file = path.join("bin/ffmpeg");
+    let named = |name: &str, script: &str| {
+        let file = path.join("bin").join(name);
         fs::write(&file, format!("#!/bin/sh\n{script}\n")).unwrap();
         fs::set_permissions(&file, fs::Permissions::from_mode(0o755)).unwrap();
     };
+    let program = |script: &str| named("ffmpeg", script);
     let arguments = ["track", "--model", "model", "--out", "track", "video.mp4"];
     // It is told the file, as a file.
     program("case \"$*\" in *file:video.mp4*) exec /bin/cat stream;; *) exit 9;; esac");
@@ -488,6 +489,18 @@ fn what_ffmpeg_decodes_is_tracked_and_what_it_complains_about_is_told() {
         &["video video.mp4", "ffmpeg: Invalid NAL unit size; partial file"],
     );
     ended_early_in(path, "track.partial", 3, &["Invalid NAL unit size"]);
+    // A complaint is harmless where all frames came that the file announces.
+    let complaining = "/bin/cat stream; echo 'EOI missing, emulating' >&2; echo frame=3 >&2; echo progress=end >&2";
+    program(complaining);
+    named("ffprobe", "case \"$*\" in *file:video.mp4*) echo 3;; *) exit 9;; esac");
+    let run = deepsft_with_path(path, &path.join("bin"), &arguments);
+    let said = &run.succeeds().stderr;
+    assert!(
+        said.contains("warning: video.mp4") && said.contains("all 3 frames") && said.contains("EOI missing"),
+        "{said}"
+    );
+    named("ffprobe", "echo 4");
+    deepsft_with_path(path, &path.join("bin"), &arguments).fails(INVALID_INPUT, &["ffmpeg: EOI missing, emulating"]);
     program("exit 7");
     deepsft_with_path(path, &path.join("bin"), &arguments).fails(INVALID_INPUT, &["video video.mp4", "ffmpeg"]);
 }

@@ -10,13 +10,19 @@ use deepsft_geometry::{Camera, Template};
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
-/// Reads a `camera.json`.
+/// Reads a `camera.json`, or with the feature `cameras` the camera file of another program.
 ///
 /// # Errors
 /// [`FormatError::Unusable`] when it is missing, corrupt or unfit.
 pub fn read_camera(path: &Path) -> Result<Camera, FormatError> {
     let bytes = fs::read(path).map_err(|error| FormatError::unusable("camera file", path, error))?;
-    camera_from_json(&bytes).map_err(|error| FormatError::unusable("camera file", path, error))
+    let camera = camera_from_json(&bytes);
+    #[cfg(feature = "cameras")]
+    let camera = camera.or_else(|own| match own {
+        FormatError::CameraFile(_) => crate::foreign_camera::camera_from_foreign(&bytes),
+        own => Err(own),
+    });
+    camera.map_err(|error| FormatError::unusable("camera file", path, error))
 }
 
 /// Reads the template in `folder`: `template.json` and the files that it names.
@@ -54,7 +60,7 @@ pub fn pictures_in(folder: &Path, what: &'static str) -> Result<Vec<PathBuf>, Fo
         pictures.retain(|path| is_picture(path));
         pictures.sort();
         match pictures.is_empty() {
-            true => Err(io::Error::other("there is no PNG or JPEG file in it")),
+            true => Err(io::Error::other("there is no picture in it (PNG or JPEG)")),
             false => Ok(pictures),
         }
     };
@@ -72,7 +78,20 @@ pub fn read_scan_file(path: &Path, texture: Option<&Path>) -> Result<Scan, Forma
     let folder = path.parent().unwrap_or(Path::new("."));
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     read_scan(&name, &read_bounded(path)?, texture, &|beside| {
-        read_bounded(&folder.join(beside))
+        let path = folder.join(beside);
+        if path.exists() {
+            return read_bounded(&path);
+        }
+        // Files from Windows may write its letters otherwise.
+        let wanted = path.file_name().unwrap_or_default();
+        let mut entries = path
+            .parent()
+            .and_then(|folder| fs::read_dir(folder).ok())
+            .into_iter()
+            .flatten()
+            .flatten();
+        let alike = entries.find(|entry| entry.file_name().eq_ignore_ascii_case(wanted));
+        read_bounded(&alike.map_or(path, |entry| entry.path()))
     })
 }
 

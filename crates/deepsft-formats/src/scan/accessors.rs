@@ -27,7 +27,7 @@ pub(super) struct Buffers<'a> {
 
 impl<'a> Buffers<'a> {
     /// The buffers of `root`: data within it, files beside it, or the binary chunk.
-    pub(super) fn new(root: &'a Root, binary: Option<&[u8]>, textures: &Textures<'_>) -> Result<Self, FormatError> {
+    pub(super) fn new(root: &'a Root, binary: Option<&[u8]>, textures: &mut Textures<'_>) -> Result<Self, FormatError> {
         let mut buffers: Vec<Vec<u8>> = Vec::new();
         let mut total = 0_usize;
         for (number, buffer) in root.buffers.iter().enumerate() {
@@ -144,7 +144,7 @@ where
 }
 
 /// The bytes that a URI stands for: data within it, or a file beside the scan.
-pub(super) fn content(uri: &str, textures: &Textures<'_>) -> Result<Vec<u8>, FormatError> {
+pub(super) fn content(uri: &str, textures: &mut Textures<'_>) -> Result<Vec<u8>, FormatError> {
     if let Some(data) = uri.strip_prefix("data:") {
         let Some((_, coded)) = data.split_once(";base64,") else {
             return refused("a data URI is not base64");

@@ -1,6 +1,7 @@
 //! The parts of a scan as one template: one mesh, one texture.
 
 use super::atlas::atlas;
+use super::mending::{Mended, mended, without_unused};
 use super::{Scan, ScanPart, refused};
 use crate::error::FormatError;
 use deepsft_geometry::glam::{DVec2, DVec3};
@@ -36,24 +37,42 @@ pub fn assemble_scan(scan: Scan) -> Result<ScannedTemplate, FormatError> {
         mut parts,
         textures,
         mm_per_unit,
+        mut notes,
     } = scan;
     parts.retain(|part| !part.faces.is_empty());
     if parts.is_empty() {
-        return refused("it has no faces");
+        notes.insert(0, "it has no faces with a place in a texture".to_owned());
+        return refused(notes.join("; "));
     }
-    for part in &parts {
-        let name = &part.name;
-        if part.texture.is_none() {
-            return refused(format!(
-                "its part {name:?} names no texture: give one (on the command line with --texture)"
-            ));
-        }
-        let finite = |i: &usize| part.positions[*i].is_finite() && part.texture_coordinates[*i].is_finite();
-        if let Some(vertex) = (0..part.positions.len()).find(|i| !finite(i)) {
-            return refused(format!("vertex {vertex} of its part {name:?} is not a finite number"));
-        }
+    let (textured, bare): (Vec<_>, Vec<_>) = parts.into_iter().partition(|part| part.texture.is_some());
+    let names = bare
+        .iter()
+        .map(|part| format!("{:?}", part.name))
+        .collect::<Vec<_>>()
+        .join(", ");
+    parts = textured;
+    if parts.is_empty() {
+        notes.insert(
+            0,
+            format!("its part {names} names no texture: give one (on the command line with --texture)"),
+        );
+        return refused(notes.join("; "));
     }
-    let mut notes = Vec::new();
+    if !bare.is_empty() {
+        notes.push(format!("what has no texture was left out: its part {names}"));
+    }
+    let mut broken = 0;
+    for part in &mut parts {
+        let is_finite = |i: usize| part.positions[i].is_finite() && part.texture_coordinates[i].is_finite();
+        let all = part.faces.len();
+        part.faces.retain(|face| face.iter().all(|&i| is_finite(i)));
+        broken += all - part.faces.len();
+    }
+    if broken > 0 {
+        notes.push(format!(
+            "{broken} faces have vertices that are no finite numbers and were left out"
+        ));
+    }
     for part in &mut parts {
         let texture = part.texture.and_then(|number| textures.get(number));
         let texels = texture.map_or(DVec2::ONE, |texture| texture.size().as_dvec2());
@@ -85,12 +104,22 @@ pub fn assemble_scan(scan: Scan) -> Result<ScannedTemplate, FormatError> {
     if welder.dropped > 0 {
         notes.push(format!("{} faces without area were left out", welder.dropped));
     }
-    let (low, high) = (welder.vertices.iter()).fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), (p, _)| {
+    let Mended { faces, turned, crumbs } = mended(&welder.vertices, welder.faces);
+    if turned > 0 {
+        notes.push(format!(
+            "{turned} faces had their fronts on the other side than those around them and were turned"
+        ));
+    }
+    if crumbs > 0 {
+        notes.push(format!("{crumbs} small pieces beside it were left out"));
+    }
+    let (vertices, faces) = without_unused(&welder.vertices, faces);
+    let (low, high) = (vertices.iter()).fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), (p, _)| {
         (low.min(*p), high.max(*p))
     });
     let middle = (low + high) / 2.0;
-    let (vertices, uv): (Vec<DVec3>, Vec<DVec2>) = welder.vertices.iter().map(|(p, uv)| (*p - middle, *uv)).unzip();
-    let mut mesh = TriangleMesh::new(vertices, uv, welder.faces)?;
+    let (vertices, uv): (Vec<DVec3>, Vec<DVec2>) = vertices.iter().map(|(p, uv)| (*p - middle, *uv)).unzip();
+    let mut mesh = TriangleMesh::new(vertices, uv, faces)?;
     let topology = match Topology::of(&mesh) {
         Err(error @ TemplateError::FaceOrientation { .. }) => {
             return refused(format!(

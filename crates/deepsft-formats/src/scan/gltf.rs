@@ -3,7 +3,7 @@
 use super::accessors::{Buffers, content, named};
 use super::{ScanPart, Textures, refused};
 use crate::error::FormatError;
-use deepsft_geometry::glam::{DMat4, DQuat, DVec2, DVec3, Mat4, Quat, Vec3};
+use deepsft_geometry::glam::{DAffine2, DMat4, DQuat, DVec2, DVec3, Mat4, Quat, Vec2, Vec3};
 use gltf::binary::Glb;
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::scene::Node;
@@ -13,6 +13,15 @@ use std::collections::HashSet;
 
 /// glTF counts in metres.
 pub(super) const MM_PER_UNIT: f64 = 1000.0;
+
+/// Beginnings of extensions that a file may need and that are read, or say nothing of shape and base colour.
+const MEANINGLESS: [&str; 5] = [
+    "KHR_materials_",
+    "KHR_texture_transform",
+    "KHR_mesh_quantization",
+    "KHR_lights_",
+    "EXT_lights_",
+];
 
 /// Nodes below one another at most.
 const DEEPEST_NODE: usize = 64;
@@ -41,7 +50,8 @@ pub(super) fn parts(bytes: &[u8], textures: &mut Textures<'_>) -> Result<Vec<Sca
     if !root.asset.version.starts_with("2.") {
         return refused(format!("it is glTF of version {:?}, expected 2.0", root.asset.version));
     }
-    if let Some(extension) = root.extensions_required.first() {
+    let needed = |extension: &&String| !MEANINGLESS.iter().any(|start| extension.starts_with(start));
+    if let Some(extension) = root.extensions_required.iter().find(needed) {
         return refused(format!(
             "it needs the extension {extension:?}, which is not read: export it without compression"
         ));
@@ -87,10 +97,23 @@ impl Reading<'_, '_> {
             let mesh = named(root, mesh, "mesh")?;
             let name = mesh.name.as_deref().unwrap_or("mesh");
             for primitive in &mesh.primitives {
-                let part = self
-                    .part(name, primitive, scene_from_node)
-                    .or_else(|error| refused(format!("its part {name:?}: {error}")))?;
-                self.parts.push(part);
+                let named = |reason| format!("its part {name:?}: {reason}");
+                let unusable = if primitive.mode != Checked::Valid(Mode::Triangles) {
+                    Some("it is not made of triangles")
+                } else if !(primitive.attributes.keys())
+                    .any(|key| matches!(key, Checked::Valid(Semantic::TexCoords(_))))
+                {
+                    Some("it has no texture coordinates")
+                } else {
+                    None
+                };
+                if let Some(reason) = unusable {
+                    self.textures.notes.push(named(format!("{reason}, and was left out")));
+                    continue;
+                }
+                let part = self.part(name, primitive, scene_from_node);
+                self.parts
+                    .push(part.or_else(|error| refused(named(error.to_string())))?);
             }
         }
         for &child in node.children.iter().flatten() {
@@ -100,21 +123,31 @@ impl Reading<'_, '_> {
     }
 
     fn part(&mut self, name: &str, primitive: &Primitive, scene_from_node: DMat4) -> Result<ScanPart, FormatError> {
-        if primitive.mode != Checked::Valid(Mode::Triangles) {
-            return refused(format!("it is not made of triangles ({:?})", primitive.mode));
-        }
         let material = primitive.material.map(|index| named(self.root, index, "material"));
         let material = material.transpose()?;
-        let base = material.and_then(|material| material.pbr_metallic_roughness.base_color_texture.as_ref());
-        let extensions = base.and_then(|base| base.extensions.as_ref());
-        if extensions.is_some_and(|all| all.texture_transform.is_some()) {
-            return refused("its texture is moved by KHR_texture_transform, which is not read: bake it");
-        }
+        // Older files have their colours in specular-glossiness materials.
+        let base = material.and_then(|material| {
+            let older = || {
+                material
+                    .extensions
+                    .as_ref()?
+                    .pbr_specular_glossiness
+                    .as_ref()?
+                    .diffuse_texture
+                    .as_ref()
+            };
+            let newer = material.pbr_metallic_roughness.base_color_texture.as_ref();
+            newer.or_else(older)
+        });
+        let transform = base.and_then(|base| base.extensions.as_ref()?.texture_transform.as_ref());
         let attribute = |semantic: Semantic| primitive.attributes.get(&Checked::Valid(semantic)).copied();
         let Some(positions) = attribute(Semantic::Positions) else {
             return refused("it has no positions");
         };
-        let set = base.map_or(0, |base| base.tex_coord);
+        let set = base.map_or(0, |base| {
+            let moved = transform.and_then(|transform| transform.tex_coord);
+            moved.unwrap_or(base.tex_coord)
+        });
         let Some(uv) = attribute(Semantic::TexCoords(set)) else {
             return refused(format!(
                 "it has no texture coordinates (TEXCOORD_{set}): a template needs them"
@@ -123,7 +156,13 @@ impl Reading<'_, '_> {
         let in_scene = |p: [f64; 3]| scene_from_node.transform_point3(p.into());
         let positions: Vec<DVec3> = self.buffers.elements(positions)?.into_iter().map(in_scene).collect();
         let uv = self.buffers.elements(uv)?.into_iter();
-        let texture_coordinates: Vec<DVec2> = uv.map(DVec2::from_array).collect();
+        let in_texture = transform.map_or(DAffine2::IDENTITY, |transform| {
+            let [scale, offset] = [transform.scale.0, transform.offset.0].map(|pair| Vec2::from(pair).as_dvec2());
+            // Counter-clockwise in an image whose v points down.
+            DAffine2::from_scale_angle_translation(DVec2::ONE, -f64::from(transform.rotation.0), offset)
+                * DAffine2::from_scale(scale)
+        });
+        let texture_coordinates: Vec<DVec2> = uv.map(|uv| in_texture.transform_point2(uv.into())).collect();
         let (places, vertices) = (texture_coordinates.len(), positions.len());
         if places != vertices {
             return refused(format!("{places} texture coordinates for {vertices} vertices"));

@@ -6,6 +6,7 @@ mod accessors;
 mod assembly;
 mod atlas;
 mod gltf;
+mod mending;
 mod obj;
 mod reading;
 
@@ -45,6 +46,8 @@ pub struct Scan {
     pub textures: Vec<Picture>,
     /// Millimetres of the format's unit: 1000 in glTF, which counts in metres; OBJ does not say, so 1.
     pub mm_per_unit: f64,
+    /// What was left out of it, or found elsewhere than it says.
+    pub notes: Vec<String>,
 }
 
 /// The textures of a scan as they are read, each once, and the files beside it.
@@ -56,6 +59,7 @@ struct Textures<'a> {
     named: Vec<String>,
     pictures: Vec<Picture>,
     bytes: usize,
+    notes: Vec<String>,
 }
 
 impl Textures<'_> {
@@ -63,7 +67,7 @@ impl Textures<'_> {
     fn number(
         &mut self,
         name: &str,
-        read: impl FnOnce(&Self) -> Result<Vec<u8>, FormatError>,
+        read: impl FnOnce(&mut Self) -> Result<Vec<u8>, FormatError>,
     ) -> Result<usize, FormatError> {
         if let Some(number) = self.named.iter().position(|known| known == name) {
             return Ok(number);
@@ -80,25 +84,35 @@ impl Textures<'_> {
         Ok(self.pictures.len() - 1)
     }
 
-    /// The bytes of a file that the scan names.
-    fn file(&self, name: &str) -> Result<Vec<u8>, FormatError> {
-        (self.beside)(&inside(name)?)
+    /// The bytes of a file that the scan names. Where there is none, or the path is absolute or climbs out of the scan's folder, as that of
+    /// its maker's disk does, the file of that name beside the scan is taken. Files from Windows write paths with backslashes.
+    fn file(&mut self, name: &str) -> Result<Vec<u8>, FormatError> {
+        let path = PathBuf::from(name.trim_matches('"').replace('\\', "/"));
+        let drive = path
+            .components()
+            .next()
+            .is_some_and(|first| first.as_os_str().to_string_lossy().ends_with(':'));
+        let is_within = |part: Component<'_>| matches!(part, Component::Normal(_) | Component::CurDir);
+        let is_inside = !drive && path.components().all(is_within);
+        let asked = (is_inside && path.file_name().is_some()).then(|| (self.beside)(&path));
+        let asked = match asked {
+            Some(Ok(bytes)) => return Ok(bytes),
+            asked => asked,
+        };
+        let last = path.file_name().map(Path::new).filter(|last| *last != path);
+        match (last.map(self.beside), asked) {
+            (Some(Ok(bytes)), _) => {
+                self.notes
+                    .push(format!("it names {name:?}: the file of that name beside it was taken"));
+                Ok(bytes)
+            }
+            (_, Some(asked)) => asked,
+            (_, None) => refused(format!(
+                "it names {name:?}, which is not in its folder: put that file beside the scan, or give one texture for \
+                 all of it (on the command line --texture)"
+            )),
+        }
     }
-}
-
-/// A path that a scan names, which may not be absolute or climb out of its folder. Files from Windows write it with
-/// backslashes.
-fn inside(name: &str) -> Result<PathBuf, FormatError> {
-    let path = PathBuf::from(name.replace('\\', "/"));
-    let drive = name.split(['/', '\\']).next().is_some_and(|first| first.ends_with(':'));
-    let is_within = |part: Component<'_>| matches!(part, Component::Normal(_) | Component::CurDir);
-    if name.is_empty() || drive || !path.components().all(is_within) {
-        return refused(format!(
-            "it names {name:?}, which is not in its folder: put that file beside the scan, or give one texture for \
-             all of it (on the command line --texture)"
-        ));
-    }
-    Ok(path)
 }
 
 fn refused<T>(reason: impl Into<String>) -> Result<T, FormatError> {

@@ -24,6 +24,7 @@ pub fn read_scan(
         named: Vec::new(),
         pictures: Vec::new(),
         bytes: 0,
+        notes: Vec::new(),
     };
     let ending = Path::new(file_name).extension().unwrap_or_default();
     let (mut parts, mm_per_unit) = match ending.to_ascii_lowercase().to_str() {
@@ -34,6 +35,7 @@ pub fn read_scan(
         }
         _ => return refused("it is none of .obj, .glb and .gltf"),
     };
+    let notes = textures.notes;
     let mut textures = textures.pictures;
     if let Some(picture) = texture {
         textures = vec![picture];
@@ -43,5 +45,6 @@ pub fn read_scan(
         parts,
         textures,
         mm_per_unit,
+        notes,
     })
 }

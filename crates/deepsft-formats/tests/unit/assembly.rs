@@ -1,4 +1,4 @@
-//! Scans whose texture coordinates pass the border of their texture.
+//! Scans as programs leave them: coordinates beyond the texture, crumbs, turned faces, parts without a texture.
 
 use deepsft_formats::{Scan, ScanPart, assemble_scan};
 use deepsft_geometry::Picture;
@@ -19,6 +19,7 @@ fn square(low: [f64; 2], high: [f64; 2]) -> Scan {
         }],
         textures: vec![Picture::from_fn(1000, 1000, |_, _| [9; 3])],
         mm_per_unit: 100.0,
+        notes: Vec::new(),
     }
 }
 
@@ -59,4 +60,89 @@ fn a_texture_that_repeats_is_refused_with_what_to_do() {
         let error = assemble_scan(square(low, high)).unwrap_err().to_string();
         assert!(error.contains("repeated") && error.contains("unwrap"), "{error}");
     }
+}
+
+/// A grid of `n` x `n` squares.
+fn grid(n: usize) -> Scan {
+    let mut scan = square([0.0, 0.0], [1.0, 1.0]);
+    let at = |k: usize| (k % (n + 1), k / (n + 1));
+    let place = |k| DVec2::new(at(k).0 as f64, at(k).1 as f64) / n as f64;
+    let part = &mut scan.parts[0];
+    part.texture_coordinates = (0..(n + 1) * (n + 1)).map(place).collect();
+    part.positions = part
+        .texture_coordinates
+        .iter()
+        .map(|uv| DVec3::new(uv.x, -uv.y, 0.0))
+        .collect();
+    let corners = (0..n * n).map(|k| k / n * (n + 1) + k % n);
+    part.faces = corners
+        .flat_map(|k| [[k, k + n + 1, k + n + 2], [k, k + n + 2, k + 1]])
+        .collect();
+    scan
+}
+
+#[test]
+fn crumbs_beside_the_object_are_left_out_and_turned_faces_are_turned_back() {
+    let whole = assemble_scan(grid(8)).unwrap();
+    assert_eq!((whole.notes.len(), whole.template.mesh().faces().len()), (0, 128));
+    let mut scan = grid(8);
+    let part = &mut scan.parts[0];
+    part.faces[17].swap(1, 2);
+    part.faces[90].swap(0, 2);
+    for k in 0..20 {
+        let first = part.positions.len();
+        for (x, y) in [(0.0, 0.0), (0.01, 0.0), (0.0, 0.01)] {
+            part.positions.push(DVec3::new(2.0 + f64::from(k) + x, y, 0.0));
+            part.texture_coordinates.push(DVec2::new(x, y));
+        }
+        part.faces.push([first, first + 1, first + 2]);
+    }
+    let mended = assemble_scan(scan).unwrap();
+    assert!(
+        mended
+            .notes
+            .iter()
+            .any(|note| note.starts_with("2 faces") && note.contains("turned")),
+        "{:?}",
+        mended.notes
+    );
+    assert!(
+        mended.notes.iter().any(|note| note.starts_with("20 small pieces")),
+        "{:?}",
+        mended.notes
+    );
+    assert_eq!(mended.template.mesh().vertices().len(), 81);
+    assert_eq!(
+        (mended.template.mesh().faces().len(), mended.topology),
+        (128, whole.topology)
+    );
+    // What is made of small pieces keeps them.
+    let mut leaves = grid(40);
+    let part = &mut leaves.parts[0];
+    let corners: Vec<usize> = part.faces.concat();
+    part.positions = corners.iter().map(|&v| part.positions[v] * 1.0).collect();
+    part.texture_coordinates = corners.iter().map(|&v| part.texture_coordinates[v]).collect();
+    part.faces = (0..3200).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect();
+    for (k, position) in part.positions.iter_mut().enumerate() {
+        position.z = (k / 3) as f64;
+    }
+    assert_eq!(assemble_scan(leaves).unwrap().topology.pieces, 3200);
+}
+
+#[test]
+fn faces_with_broken_numbers_and_parts_without_texture_are_left_out_with_a_word() {
+    let mut scan = grid(8);
+    scan.parts[0].positions[0].x = f64::NAN;
+    let mut stand = grid(1).parts.remove(0);
+    (stand.name, stand.texture) = ("stand".into(), None);
+    scan.parts.push(stand.clone());
+    let imported = assemble_scan(scan).unwrap();
+    assert_eq!(imported.template.mesh().faces().len(), 126);
+    assert_eq!(imported.notes.len(), 2, "{:?}", imported.notes);
+    assert!(imported.notes[0].contains("\"stand\"") && imported.notes[1].starts_with("2 faces"));
+    let mut bare = grid(1);
+    bare.parts = vec![stand];
+    bare.notes.push("its material file \"a.mtl\" is missing".into());
+    let error = assemble_scan(bare).unwrap_err().to_string();
+    assert!(error.contains("--texture") && error.contains("a.mtl"), "{error}");
 }

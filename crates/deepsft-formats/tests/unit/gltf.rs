@@ -93,18 +93,79 @@ fn an_image_of_two_textures_is_one_texture() {
 
 #[test]
 fn files_outside_of_the_folder_are_not_read_whatever_way_they_are_written() {
-    for uri in [
-        "/art.png",
-        "../art.png",
-        "%2e%2e/art.png",
-        "a/..%2F..%2Fart.png",
-        "C:%5Cart.png",
-    ] {
-        for list in ["images", "buffers"] {
-            let error = refused(|json| json[list][0]["uri"] = uri.into());
-            assert!(error.contains("not in its folder"), "{list} {uri}: {error}");
+    for folder in ["/", "../", "%2e%2e/", "a/..%2F..%2F", "C:%5C"] {
+        for (list, beside) in [("images", "art.png"), ("buffers", "triangle.bin")] {
+            let error = refused(|json| json[list][0]["uri"] = format!("{folder}secret").into());
+            assert!(error.contains("not in its folder"), "{list} {folder}: {error}");
+            // The file of that name beside the scan is meant.
+            let (mut json, _) = triangle();
+            json[list][0]["uri"] = format!("{folder}{beside}").into();
+            let scan = read_with(&json, "art.png").unwrap();
+            assert!(scan.notes[0].contains("beside it was taken"), "{:?}", scan.notes);
         }
     }
+}
+
+#[test]
+fn extensions_that_concern_neither_shape_nor_colour_are_passed_over() {
+    let (mut json, _) = triangle();
+    let plain = read_with(&json, "art.png").unwrap();
+    json["extensionsUsed"] = json!(["KHR_materials_unlit"]);
+    json["extensionsRequired"] = json!(["KHR_materials_unlit"]);
+    json["materials"][0]["extensions"] = json!({"KHR_materials_unlit": {}});
+    assert_eq!(read_with(&json, "art.png").unwrap(), plain);
+    json["extensionsRequired"] = json!(["KHR_materials_unlit", "KHR_draco_mesh_compression"]);
+    let error = read_with(&json, "art.png").unwrap_err().to_string();
+    assert!(
+        error.contains("KHR_draco_mesh_compression") && error.contains("without compression"),
+        "{error}"
+    );
+}
+
+#[test]
+fn a_texture_that_is_moved_is_where_the_file_says() {
+    let read = |transform: Value| {
+        let (mut json, _) = triangle();
+        json["extensionsRequired"] = json!(["KHR_texture_transform"]);
+        json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["extensions"] =
+            json!({"KHR_texture_transform": transform});
+        let scan = read_with(&json, "art.png").unwrap();
+        let rounded = |uv: &deepsft_geometry::glam::DVec2| uv.to_array().map(|x| (1e4 * x).round() / 1e4 + 0.0);
+        scan.parts[0]
+            .texture_coordinates
+            .iter()
+            .map(rounded)
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(
+        read(json!({"offset": [0, 0], "scale": [1, 1]})),
+        [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]
+    );
+    assert_eq!(
+        read(json!({"offset": [0.5, 0.25], "scale": [0.5, 0.25]})),
+        [[0.5, 0.25], [1.0, 0.25], [0.5, 0.5]]
+    );
+    // By a quarter counter-clockwise, v down: along u becomes up.
+    assert_eq!(
+        read(json!({"offset": [0, 1], "rotation": std::f64::consts::FRAC_PI_2})),
+        [[0.0, 1.0], [0.0, 0.0], [1.0, 1.0]]
+    );
+}
+
+#[test]
+fn colours_of_older_materials_are_read_and_what_has_no_place_in_a_texture_is_left_out() {
+    let (mut json, _) = triangle();
+    json["materials"] =
+        json!([{"extensions": {"KHR_materials_pbrSpecularGlossiness": {"diffuseTexture": {"index": 0}}}}]);
+    assert_eq!(read_with(&json, "art.png").unwrap().parts[0].texture, Some(0));
+    let primitives = json["meshes"][0]["primitives"].as_array_mut().unwrap();
+    let (mut lines, mut bare) = (primitives[0].clone(), primitives[0].clone());
+    lines["mode"] = 1.into();
+    bare["attributes"].as_object_mut().unwrap().remove("TEXCOORD_0");
+    primitives.extend([lines, bare]);
+    let scan = read_with(&json, "art.png").unwrap();
+    assert_eq!((scan.parts.len(), scan.notes.len()), (1, 2), "{:?}", scan.notes);
+    assert!(scan.notes[0].contains("triangles") && scan.notes[1].contains("texture coordinates"));
 }
 
 #[test]

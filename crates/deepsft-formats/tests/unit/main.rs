@@ -8,6 +8,8 @@ mod atomic;
 mod camera;
 #[cfg(feature = "exif")]
 mod exif;
+#[cfg(feature = "cameras")]
+mod foreign_camera;
 mod glb;
 #[cfg(feature = "scan")]
 mod gltf;

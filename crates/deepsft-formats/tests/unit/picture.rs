@@ -1,6 +1,6 @@
 //! Pictures that are well made, odd, too large or cut.
 
-use deepsft_formats::{FormatError, decode_image, decode_picture, encode_png};
+use deepsft_formats::{FormatError, decode_as_stored, decode_image, decode_photograph, decode_picture, encode_png};
 use deepsft_geometry::Picture;
 use image::{DynamicImage, ImageFormat, Rgba};
 use std::io::Cursor;
@@ -93,7 +93,18 @@ fn a_picture_of_20000_by_20000_pixels_is_refused_before_it_is_decoded() {
 #[test]
 fn a_text_and_a_cut_file_are_refused_with_a_reason() {
     let error = decode_picture(b"not a picture at all").unwrap_err();
-    assert!(error.to_string().contains("neither PNG nor JPEG"), "{error}");
+    assert!(error.to_string().contains("no kind that is read: PNG, JPEG"), "{error}");
+    let shaded = Picture::from_fn(64, 64, |x, y| [(x * y) as u8, (3 * x) as u8, (5 * y) as u8]);
+    let jpeg = deepsft_formats::encode_jpeg(&shaded, 90).unwrap();
+    let whole = decode_picture(&jpeg).unwrap();
+    let cut = decode_picture(&jpeg[..6 * jpeg.len() / 10]).unwrap_err().to_string();
+    assert!(cut.contains("cut short"), "{cut}");
+    // The end marker alone is missing.
+    assert_eq!(decode_picture(&jpeg[..jpeg.len() - 2]).unwrap(), whole);
+    let heic = decode_picture(b"\0\0\0\x24ftypheic\0\0\0\0mif1")
+        .unwrap_err()
+        .to_string();
+    assert!(heic.contains("HEIC") && heic.contains("export it as JPEG"), "{heic}");
     let png = encode_png(&Picture::from_fn(64, 64, |x, y| [(x * y) as u8; 3])).unwrap();
     assert!(matches!(
         decode_picture(&png[..png.len() / 2]),
@@ -142,6 +153,14 @@ fn a_jpeg_with_an_exif_orientation_is_turned_upright() {
     let picture = decode_picture(&turned).unwrap();
     assert_eq!((picture.width(), picture.height()), (8, 16));
     assert!(picture.pixel(4, 2)[0] < 40 && picture.pixel(4, 13)[0] > 200);
+    assert_eq!(decode_photograph(&turned).unwrap(), (picture, 1));
+    let stored = decode_as_stored(&turned).unwrap();
+    assert_eq!((stored.width(), stored.height()), (16, 8));
+    let half_turn = turned.iter().position(|&byte| byte == 6).unwrap();
+    assert_eq!(turned[half_turn - 9..half_turn], tiff.concat()[10..19]);
+    let upside_down = [&turned[..half_turn], &[3], &turned[half_turn + 1..]].concat();
+    assert_eq!(decode_photograph(&upside_down).unwrap().1, 2);
+    assert_eq!(decode_as_stored(&upside_down).unwrap(), stored);
 }
 
 #[test]
@@ -166,5 +185,23 @@ fn a_transparent_picture_is_put_on_white_without_a_copy_of_four_bytes_a_pixel() 
             "{} bytes, expected less than {most}",
             memory.bytes_max
         );
+    }
+}
+
+#[cfg(feature = "pictures")]
+#[test]
+fn other_kinds_of_pictures_are_read() {
+    let picture = Picture::from_fn(40, 30, |x, y| {
+        [if x < 20 { 10 } else { 240 }, if y < 15 { 240 } else { 10 }, 90]
+    });
+    let rgb = image::RgbImage::from_raw(40, 30, picture.rgb().to_vec()).unwrap();
+    for format in [ImageFormat::WebP, ImageFormat::Bmp, ImageFormat::Tiff, ImageFormat::Gif] {
+        let read = decode_picture(&encoded(&DynamicImage::ImageRgb8(rgb.clone()), format)).unwrap();
+        assert_eq!(read.size(), picture.size(), "{format:?}");
+        let differences = read.rgb().iter().zip(picture.rgb()).map(|(a, b)| a.abs_diff(*b));
+        assert!(differences.max().unwrap() <= 8, "{format:?}");
+    }
+    for name in ["a.webp", "a.JFIF", "a.tif", "a.bmp", "a.gif"] {
+        assert!(deepsft_formats::is_picture(name.as_ref()), "{name}");
     }
 }

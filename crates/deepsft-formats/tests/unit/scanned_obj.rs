@@ -35,7 +35,7 @@ fn options_may_stand_before_the_name_of_a_texture() {
 }
 
 #[test]
-fn a_texture_outside_of_the_folder_is_not_read() {
+fn a_texture_outside_of_the_folder_is_not_read_but_the_one_beside_the_scan_is() {
     for name in [
         "/pictures/art.png",
         "../pictures/art.png",
@@ -44,23 +44,77 @@ fn a_texture_outside_of_the_folder_is_not_read() {
     ] {
         let error = read(&format!("newmtl paint\nmap_Kd {name}\n")).unwrap_err().to_string();
         assert!(error.contains("its texture"), "{name}: {error}");
+        let beside = files(
+            OBJ,
+            &[("a.mtl", &format!("newmtl paint\nmap_Kd {name}\n")), ("art.png", "")],
+        )
+        .unwrap();
+        assert_eq!(beside.parts[0].texture, Some(0), "{name}");
+        assert!(
+            beside.notes.iter().any(|note| note.contains("beside it was taken")),
+            "{:?}",
+            beside.notes
+        );
     }
 }
 
-/// What is said of an OBJ file that names this material file, and the path that is asked for.
-fn asked(material_file: &str) -> (String, Option<PathBuf>) {
-    let path = RefCell::new(None);
-    let obj = OBJ.replace("a.mtl", material_file);
-    let read = read_scan("a.obj", obj.as_bytes(), None, &|beside: &Path| {
-        *path.borrow_mut() = Some(beside.to_path_buf());
-        let reason = "it is not there".to_owned();
-        Err(FormatError::Scan(reason))
-    });
-    (read.unwrap_err().to_string(), path.into_inner())
+/// What is read of an OBJ file beside these files; those without text are pictures.
+fn files(obj: &str, beside: &[(&str, &str)]) -> Result<Scan, FormatError> {
+    let art = encode_png(&Picture::from_fn(2, 2, |_, _| [9; 3])).unwrap();
+    read_scan("a.obj", obj.as_bytes(), None, &|path| {
+        let file = beside.iter().find(|(name, _)| Path::new(name) == path);
+        let missing = || FormatError::Scan(format!("{} is not there", path.display()));
+        let (_, text) = file.ok_or_else(missing)?;
+        Ok(if text.is_empty() {
+            art.clone()
+        } else {
+            text.as_bytes().to_vec()
+        })
+    })
 }
 
 #[test]
-fn paths_that_are_absolute_or_climb_out_are_refused() {
+fn material_files_may_be_missing_several_in_a_line_or_in_a_folder() {
+    const MTL: &str = "Newmtl paint\nMAP_KD art.png\n";
+    for (names, place) in [
+        ("gone.mtl\nmtllib a.mtl", ["a.mtl", "art.png"]),
+        ("gone.mtl a.mtl", ["a.mtl", "art.png"]),
+        ("my paint.mtl", ["my paint.mtl", "art.png"]),
+        ("maps/a.mtl", ["maps/a.mtl", "maps/art.png"]),
+        ("maps\\a.mtl", ["maps/a.mtl", "art.png"]),
+    ] {
+        let obj = OBJ.replace("a.mtl", names);
+        let scan = files(&obj, &[(place[0], MTL), (place[1], "")]).unwrap();
+        assert_eq!(scan.parts[0].texture, Some(0), "{names}");
+    }
+    let bare = files(OBJ, &[]).unwrap();
+    assert_eq!((bare.parts[0].texture, bare.notes.len()), (None, 1));
+    assert!(bare.notes[0].contains("a.mtl"), "{:?}", bare.notes);
+}
+
+#[test]
+fn a_mark_of_the_byte_order_and_lines_that_go_on_are_read() {
+    let obj = format!("\u{feff}{}", OBJ.replace("f 1/1 2/2 3/3", "f 1/1 \\\r\n 2/2 \\\n3/3"));
+    let scan = files(&obj, &[]).unwrap();
+    assert_eq!(
+        (scan.parts[0].faces.as_slice(), scan.notes.len()),
+        ([[0, 1, 2]].as_slice(), 1)
+    );
+}
+
+/// The paths that are asked for of an OBJ file that names this material file, and what is said of it.
+fn asked(material_file: &str) -> (Vec<PathBuf>, Vec<String>) {
+    let paths = RefCell::new(Vec::new());
+    let obj = OBJ.replace("a.mtl", material_file);
+    let read = read_scan("a.obj", obj.as_bytes(), None, &|beside: &Path| {
+        paths.borrow_mut().push(beside.to_path_buf());
+        Err(FormatError::Scan("it is not there".to_owned()))
+    });
+    (paths.into_inner(), read.unwrap().notes)
+}
+
+#[test]
+fn no_path_that_is_absolute_or_climbs_out_is_asked_for() {
     for name in [
         "/dev/zero",
         "/etc/passwd",
@@ -68,16 +122,19 @@ fn paths_that_are_absolute_or_climb_out_are_refused() {
         "a/../../b.png",
         "C:\\art.png",
         "..\\art.png",
-        "",
+        "..",
         "\\\\host\\art.png",
     ] {
-        let (error, path) = asked(name);
-        assert!(error.contains(&format!("{name:?}")), "{name}: {error}");
-        assert!(error.contains("not in its folder") && path.is_none(), "{name}: {error}");
+        let (paths, notes) = asked(name);
+        let last = name.rsplit(['/', '\\']).next().filter(|last| *last != "..");
+        assert!(
+            paths.iter().all(|path| Some(path.as_path()) == last.map(Path::new)),
+            "{name}: {paths:?}"
+        );
+        assert!(notes[0].contains("missing"), "{name}: {notes:?}");
     }
-    let inside = |name: &str| asked(name).1.unwrap();
-    assert_eq!(inside("pictures\\my art.png"), Path::new("pictures/my art.png"));
-    assert_eq!(inside("./art.png"), Path::new("./art.png"));
+    assert_eq!(asked("pictures\\art.png").0[0], Path::new("pictures/art.png"));
+    assert_eq!(asked("./art.png").0[0], Path::new("./art.png"));
 }
 
 #[test]
@@ -103,6 +160,11 @@ fn polygons_are_fans_and_names_are_kept() {
     assert_eq!(scan.parts[0].positions[3].to_array(), [0.0, 1.0, 0.0]);
     // The textures in the order in which the parts ask for them.
     assert_eq!(asked.take(), ["a b.png", "c.png"]);
-    let error = read(&text.replace("1/1/7", "1//7")).unwrap_err().to_string();
-    assert!(error.contains("\"box\" have no texture coordinates"), "{error}");
+    let scan = read(&text.replace("1/1/7", "1//7")).unwrap();
+    assert!(
+        scan.notes[0].contains("\"box\" have no texture coordinates"),
+        "{:?}",
+        scan.notes
+    );
+    assert!(scan.parts[1].faces.is_empty());
 }

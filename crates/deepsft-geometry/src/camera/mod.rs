@@ -2,6 +2,7 @@
 
 mod canonical;
 mod lens;
+mod opencv;
 mod pinhole;
 
 pub use canonical::{

@@ -8,7 +8,7 @@ use crate::input;
 use crate::numbers::SizeMm;
 use crate::object_choice::printed;
 use crate::video::Video;
-use anyhow::{Context, Result, anyhow, bail};
+use anyhow::{Context, Result, anyhow};
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use deepsft::encode_png;
@@ -32,8 +32,8 @@ const VIDEO_STEP: usize = 10;
 #[derive(Args)]
 #[command(after_help = "\
 What to photograph: 10 to 20 pictures of the flat target, tilted by 20 to 40 degrees, each time another way, near enough to
-fill half of the image, and over all of them out to its corners. Focus and zoom stay as they are; no blur. A phone must not
-crop or turn its pictures between: all have one size.
+fill half of the image, and over all of them out to its corners. Focus and zoom stay as they are; no blur. All have one
+size; held across or upright makes no difference. What cannot be used is named and left out.
 
 Targets:
   --charuco 9x6              the board of deepsft camera board: may be partly hidden or cut off
@@ -64,7 +64,7 @@ pub struct CalibrateArguments {
     /// Camera file to write; the picture beside it has its name with .png
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
-    /// Photographs (PNG or JPEG), a folder of them, or a video
+    /// Photographs (PNG, JPEG, WebP, ...), a folder of them, or a video
     #[arg(value_name = "INPUT", required = true)]
     inputs: Vec<PathBuf>,
 }
@@ -78,7 +78,7 @@ struct TargetChoice {
     /// Checkerboard of any size
     #[arg(long)]
     checkerboard: bool,
-    /// Picture (PNG or JPEG) whose print lies flat: give --size-mm too
+    /// Picture (PNG, JPEG, WebP, ...) whose print lies flat: give --size-mm too
     #[arg(long, value_name = "FILE", requires = "size_mm")]
     picture: Option<PathBuf>,
     /// Folder of a template whose print lies flat
@@ -181,27 +181,27 @@ struct Seen {
     views: Vec<Vec<Correspondence>>,
     /// Their files, or the numbers of their frames.
     names: Vec<String>,
-    /// How many photographs were looked at.
-    photographs: usize,
+    /// All photographs that were looked at.
+    photographs: Vec<String>,
 }
 
 fn views(target: &mut FlatTarget, inputs: &[PathBuf]) -> Result<Seen> {
-    let mut seen: Option<Seen> = None;
+    // By the size of the photographs: one camera at one zoom has one.
+    let mut by_size: Vec<Seen> = Vec::new();
     let mut look = |name: String, picture: &Picture| -> Result<()> {
         let size = picture.size();
-        let seen = seen.get_or_insert(Seen {
-            size,
-            views: Vec::new(),
-            names: Vec::new(),
-            photographs: 0,
+        let known = by_size.iter().position(|seen| seen.size == size);
+        let place = known.unwrap_or_else(|| {
+            by_size.push(Seen {
+                size,
+                views: Vec::new(),
+                names: Vec::new(),
+                photographs: Vec::new(),
+            });
+            by_size.len() - 1
         });
-        if size != seen.size {
-            bail!(
-                "it has {size} pixels, those before it {}: one camera at one zoom, held one way",
-                seen.size
-            );
-        }
-        seen.photographs += 1;
+        let seen = &mut by_size[place];
+        seen.photographs.push(name.clone());
         match (target.detect)(picture)? {
             Some(view) => {
                 println!("{name}: {} points", view.len());
@@ -214,11 +214,11 @@ fn views(target: &mut FlatTarget, inputs: &[PathBuf]) -> Result<Seen> {
     };
     for path in inputs {
         if path.is_dir() {
-            for image in deepsft_formats::pictures_in(path, "folder of photographs")? {
-                look(image.display().to_string(), &input::picture(&image)?).blame("photograph", &image)?;
+            for image in input::pictures_in(path, "folder of photographs")? {
+                photograph(&image, &mut look);
             }
-        } else if deepsft_formats::is_picture(path) {
-            look(path.display().to_string(), &input::picture(path)?).blame("photograph", path)?;
+        } else if deepsft_formats::is_picture(path) || input::is_unread_picture(path) {
+            photograph(path, &mut look);
         } else {
             for (frame, picture) in Video::open(path, None)?.frames.enumerate() {
                 let picture = picture?;
@@ -228,7 +228,19 @@ fn views(target: &mut FlatTarget, inputs: &[PathBuf]) -> Result<Seen> {
             }
         }
     }
-    let mut seen = seen.context("there is no photograph")?;
+    // Of as many the first.
+    let most = (0..by_size.len()).rev().max_by_key(|&k| by_size[k].photographs.len());
+    let mut seen = by_size.swap_remove(
+        most.context("there is no photograph that can be used")
+            .blame("photographs", &inputs[0])?,
+    );
+    for Seen { size, photographs, .. } in by_size {
+        let names = photographs.join(", ");
+        eprintln!(
+            "warning: left out: {names}: {size} pixels, most photographs have {}",
+            seen.size
+        );
+    }
     let count = seen.views.len();
     if count > MAX_VIEWS {
         let chosen = |index: usize| (index + 1) * MAX_VIEWS / count != index * MAX_VIEWS / count;
@@ -239,9 +251,18 @@ fn views(target: &mut FlatTarget, inputs: &[PathBuf]) -> Result<Seen> {
     Ok(seen)
 }
 
+/// Looks at a photograph. One that cannot be used is named and left out.
+fn photograph(path: &Path, look: &mut impl FnMut(String, &Picture) -> Result<()>) {
+    let seen = input::photograph_as_stored(path)
+        .and_then(|picture| look(path.display().to_string(), &picture).blame("photograph", path));
+    if let Err(error) = seen {
+        eprintln!("warning: left out: {error:#}");
+    }
+}
+
 /// What to do about an error.
 fn explained(error: CalibrationError, target: &FlatTarget, seen: &Seen) -> anyhow::Error {
-    let (views, photographs, name) = (seen.views.len(), seen.photographs, target.name);
+    let (views, photographs, name) = (seen.views.len(), seen.photographs.len(), target.name);
     match error {
         CalibrationError::Views { .. } if views == 0 => anyhow!(
             "no {name} was seen in any of the {photographs} photographs: is it the right one, sharp, evenly lit, and large enough in the image?"

@@ -16,8 +16,10 @@ const LIKELY_MM: [f64; 2] = [20.0, 2000.0];
 
 pub const AFTER_HELP: &str = "\
 The command reads Wavefront OBJ with its MTL and textures, and glTF 2.0 (.glb, or .gltf with its files). It cuts polygons
-into triangles and puts the textures of several materials into one. The file must have texture coordinates, and every place
-of the texture must be one place of the surface. The object should stand upright (y up) and look at the viewer (+z).
+into triangles and puts the textures of several materials into one. What has no texture, crumbs beside the object and broken
+faces are left out, turned faces are turned back, and a texture whose path is of another disk is taken from beside the scan:
+notes tell. The file must have texture coordinates, and every place of the texture must be one place of the surface. The
+object should stand upright (y up) and look at the viewer (+z).
 
 Examples:
   deepsft template import shoe.glb --out shoe
@@ -38,7 +40,7 @@ pub struct ImportArguments {
     /// Millimetres of the file's unit [default: 1 for OBJ, 1000 for glTF, which counts in metres]
     #[arg(long, value_name = "MM", value_parser = positive)]
     scale: Option<f64>,
-    /// Texture (PNG or JPEG) of the whole object, in place of those the file names
+    /// Texture (PNG, JPEG, WebP, ...) of the whole object, in place of those the file names
     #[arg(long, value_name = "FILE")]
     texture: Option<PathBuf>,
     /// Lay the scan of a bent sheet, label or plate flat, and write the template of that sheet: it is found without training

@@ -1,0 +1,145 @@
+//! All of OpenCV's distortion coefficients, as five of them.
+
+use super::lens::{Lens, check_finite};
+use super::pinhole::Camera;
+use crate::error::GeometryError;
+use glam::DVec2;
+
+/// Rays across the image by which a lens is approximated, and how far beyond the image they begin.
+const RAYS: usize = 48;
+const BEYOND: f64 = 1.5;
+
+/// Largest distance from the lens that is approximated, pixels.
+const NEAR_PX: f64 = 0.5;
+
+impl Camera {
+    /// The same camera with 0, 4, 5, 8, 12 or 14 of OpenCV's distortion coefficients (k1, k2, p1, p2, k3, k4, k5, k6, s1 to s4, tx, ty).
+    ///
+    /// More than five, of the rational, thin prism and tilted models, are approximated by the five that are nearest in the image, by least
+    /// squares.
+    ///
+    /// # Errors
+    /// [`GeometryError::CameraParameter`] for another number of them, one that is not finite, a tilted sensor, or a lens that five
+    /// coefficients do not follow to half a pixel.
+    pub fn with_opencv_distortion(self, coefficients: &[f64]) -> Result<Self, GeometryError> {
+        let refused = |parameter, actual, expected| {
+            Err(GeometryError::CameraParameter {
+                parameter,
+                actual,
+                expected,
+            })
+        };
+        let mut all = [0.0; 14];
+        match (coefficients.len(), all.get_mut(..coefficients.len())) {
+            (0 | 4 | 5 | 8 | 12 | 14, Some(given)) => given.copy_from_slice(coefficients),
+            (count, _) => {
+                let expected = "0, 4, 5, 8, 12 or 14 coefficients, as OpenCV has them";
+                return refused("number of distortion coefficients", count as f64, expected);
+            }
+        }
+        check_finite(["k4 or a later distortion coefficient"; 14], all)?;
+        let [first @ .., tx, ty] = all;
+        if tx != 0.0 || ty != 0.0 {
+            return refused(
+                "tilt of the sensor",
+                tx.abs().max(ty.abs()),
+                "0: a tilted sensor is not read",
+            );
+        }
+        let [k1, k2, p1, p2, k3, more @ ..] = first;
+        if more == [0.0; 7] {
+            return self.with_distortion([k1, k2, p1, p2, k3]);
+        }
+        let rays = self.rays_in_image(&first);
+        let unknowns = rays.iter().flat_map(|&(ray, place)| rows(ray, place - ray));
+        let Some(nearest) = least_squares(unknowns) else {
+            return refused(
+                "distortion",
+                rays.len() as f64,
+                "coefficients whose lens shows rays in the image",
+            );
+        };
+        let lens = Lens::Polynomial(nearest);
+        let distances = rays
+            .iter()
+            .map(|&(ray, place)| ((lens.distort(ray) - place) * self.focal()).length());
+        let farthest = distances.fold(0.0, f64::max);
+        if farthest > NEAR_PX {
+            let expected =
+                "a rational lens that k1, k2, p1, p2, k3 follow to half a pixel: calibrate with these five alone";
+            return refused(
+                "distance of the lens from its approximation, pixels",
+                farthest,
+                expected,
+            );
+        }
+        self.with_distortion(nearest)
+    }
+
+    /// Rays (x, y, 1) that a lens shows in the image, and where: as far out as they land farther out the longer they are.
+    fn rays_in_image(&self, lens: &[f64; 12]) -> Vec<(DVec2, DVec2)> {
+        let (size, focal) = (self.size().as_dvec2(), self.focal());
+        let corner = BEYOND * size.max(self.principal_point()) / focal;
+        let place = |ray| rational(lens, ray);
+        let longest = corner.length();
+        let steps = (1..=8 * RAYS).map(|k| longest * k as f64 / (8 * RAYS) as f64);
+        let radius = |length: f64| place(DVec2::X * length).length();
+        let reach = steps.clone().zip(steps.skip(1)).find(|(a, b)| radius(*b) <= radius(*a));
+        let reach = reach.map_or(longest, |(a, _)| a);
+        let along = |k: usize| 2.0 * k as f64 / RAYS as f64 - 1.0;
+        let grid = (0..=RAYS).flat_map(|i| (0..=RAYS).map(move |j| corner * DVec2::new(along(i), along(j))));
+        let inside = |place: DVec2| {
+            let pixel = place * focal + self.principal_point();
+            pixel.cmpge(DVec2::ZERO).all() && pixel.cmple(size).all()
+        };
+        grid.filter(|ray| ray.length() <= reach)
+            .map(|ray| (ray, place(ray)))
+            .filter(|(_, place)| inside(*place))
+            .collect()
+    }
+}
+
+/// Where OpenCV's rational model with thin prisms takes a ray (x, y, 1).
+fn rational(&[k1, k2, p1, p2, k3, k4, k5, k6, s1, s2, s3, s4]: &[f64; 12], ray: DVec2) -> DVec2 {
+    let r2 = ray.length_squared();
+    let polynomial = |[a, b, c]: [f64; 3]| 1.0 + r2 * (a + r2 * (b + r2 * c));
+    let tangential = Lens::Polynomial([0.0, 0.0, p1, p2, 0.0]).distort(ray) - ray;
+    let prism = r2 * DVec2::new(s1 + s2 * r2, s3 + s4 * r2);
+    ray * polynomial([k1, k2, k3]) / polynomial([k4, k5, k6]) + tangential + prism
+}
+
+/// The two equations that ask k1, k2, p1, p2, k3 to move a ray by `shift`, with their right-hand sides.
+fn rows(DVec2 { x, y }: DVec2, shift: DVec2) -> [[f64; 6]; 2] {
+    let r2 = x * x + y * y;
+    let (xy, r4, r6) = (2.0 * x * y, r2 * r2, r2 * r2 * r2);
+    [
+        [x * r2, x * r4, xy, r2 + 2.0 * x * x, x * r6, shift.x],
+        [y * r2, y * r4, r2 + 2.0 * y * y, xy, y * r6, shift.y],
+    ]
+}
+
+/// The unknowns that fulfil the equations best, by the normal equations and Gauss-Jordan elimination. `None` where they do not tell them.
+fn least_squares(equations: impl Iterator<Item = [f64; 6]>) -> Option<[f64; 5]> {
+    let mut normal = [[0.0; 6]; 5];
+    for row in equations {
+        for (i, line) in normal.iter_mut().enumerate() {
+            line.iter_mut().zip(row).for_each(|(sum, value)| *sum += row[i] * value);
+        }
+    }
+    for k in 0..5 {
+        let pivot = normal[k][k];
+        if pivot.abs() < f64::MIN_POSITIVE {
+            return None;
+        }
+        let line = normal[k].map(|value| value / pivot);
+        for (i, other) in normal.iter_mut().enumerate() {
+            let factor = if i == k { 0.0 } else { other[k] };
+            other
+                .iter_mut()
+                .zip(line)
+                .for_each(|(value, own)| *value -= factor * own);
+        }
+        normal[k] = line;
+    }
+    Some(normal.map(|line| line[5]))
+}
