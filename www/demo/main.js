@@ -9,7 +9,6 @@ import { ShotButtons } from "./live/shot-buttons.js";
 import { messageFor } from "./messages.js";
 import { workOffline } from "./offline/offline.js";
 import { OwnPicture, scanAmong } from "./own/own-picture.js";
-import { check } from "./radio-group.js";
 import { cameraSource, clipSource } from "./sources.js";
 import { Subjects } from "./subjects.js";
 
@@ -18,7 +17,7 @@ import { Subjects } from "./subjects.js";
 /** @import { VideoSource } from "./sources.js" */
 /** @import { Orbit } from "./graphics/orbit.js" */
 /** @import { Live } from "./live/live.js" */
-/** @import { Choice, Overlay } from "./live/overlays.js" */
+/** @import { Choice } from "./live/overlays.js" */
 
 /** @type {Record<Remedy, string>} */
 const REMEDY_WORDS = {
@@ -63,11 +62,7 @@ const view = {
   loadingBar: byId("loading-bar", HTMLProgressElement),
   message: byId("message", HTMLDialogElement),
   notice: byId("notice", HTMLDivElement),
-  scale: byId("scale", HTMLDivElement),
-  papers: byId("papers", HTMLDivElement),
-  objects: byId("objects", HTMLDivElement),
   stage: byId("stage", HTMLDivElement),
-  overlays: byId("overlays", HTMLDivElement),
   forget: byId("forget", HTMLButtonElement),
   hudToggle: byId("hud-toggle", HTMLButtonElement),
   imageFile: byId("image-file", HTMLInputElement),
@@ -87,8 +82,8 @@ const cameras = new CameraSwitch(
 const awake = new KeepAwake();
 /** @type {Live | null} */
 let live = null;
-/** What is drawn over the picture. @type {Choice} */
-const choice = { overlay: "paper", paper: "aurora", object: "house" };
+/** What is drawn over the picture: the values of the radio buttons by their names. */
+const choice = /** @type {Choice} */ ({});
 const subjects = new Subjects(showProgress, () => showWaiting("Learning your picture"));
 /** @type {VideoSource | null} */
 let source = null;
@@ -157,7 +152,6 @@ function leave() {
 }
 
 function closeMessage() {
-  view.message.hidden = true;
   view.message.close();
 }
 
@@ -345,7 +339,6 @@ function showMessage(error, again) {
   });
   byId("message-remedies", HTMLDivElement).replaceChildren(...buttons);
   view.loading.hidden = true;
-  view.message.hidden = false;
   if (!view.message.open) view.message.showModal();
   buttons[0]?.focus();
 }
@@ -362,27 +355,14 @@ function applyRemedy(remedy) {
   else location.reload();
 }
 
-/** @param {Overlay} overlay */
-function chooseOverlay(overlay) {
-  choice.overlay = overlay;
-  check(view.overlays, "overlay", overlay);
-  view.papers.hidden = overlay !== "paper";
-  view.objects.hidden = overlay !== "object";
+/** Shows what the radio buttons say. */
+function showChoice() {
+  for (const { name, value } of /** @type {NodeListOf<HTMLInputElement>} */ (document.querySelectorAll(".controls :checked"))) Object.assign(choice, { [name]: value });
+  const isObject = choice.overlay === "object";
   // The object can be moved there.
-  view.stage.tabIndex = overlay === "object" ? 0 : -1;
-  view.stage.setAttribute("aria-label", overlay === "object" ? `${STAGE_WORDS}; tap the sheet, or press the arrow keys, to move the object` : STAGE_WORDS);
-  view.scale.hidden = overlay !== "depth";
-  view.live.dataset.overlay = overlay;
-  live?.refresh();
-}
-
-/**
- * @param {"paper" | "object"} kind
- * @param {string} name
- */
-function choose(kind, name) {
-  Object.assign(choice, { [kind]: name });
-  check(kind === "paper" ? view.papers : view.objects, kind, name);
+  view.stage.tabIndex = isObject ? 0 : -1;
+  view.stage.setAttribute("aria-label", isObject ? `${STAGE_WORDS}; tap the sheet, or press the arrow keys, to move the object` : STAGE_WORDS);
+  view.live.dataset.overlay = choice.overlay;
   live?.refresh();
 }
 
@@ -409,10 +389,7 @@ view.imageFile.addEventListener("change", () => {
   if (file) startImage(file);
 });
 for (const id of ["back", "message-close"]) byId(id, HTMLButtonElement).addEventListener("click", leave);
-view.message.addEventListener("cancel", (event) => {
-  event.preventDefault();
-  leave();
-});
+view.message.addEventListener("cancel", leave);
 addEventListener("popstate", () => {
   const isAway = document.body.dataset.view !== "start" && !history.state;
   // Who has come back and gone on meanwhile stays there.
@@ -421,22 +398,11 @@ addEventListener("popstate", () => {
   isReturning = false;
 });
 byId("notice-close", HTMLButtonElement).addEventListener("click", () => (view.notice.hidden = true));
-view.overlays.addEventListener("click", ({ target }) => {
-  const overlay = target instanceof HTMLElement && target.closest("button")?.dataset.overlay;
-  if (overlay) chooseOverlay(/** @type {Overlay} */ (overlay));
-});
-view.papers.addEventListener("click", ({ target }) => {
-  const paper = target instanceof HTMLElement && target.closest("button")?.dataset.paper;
-  if (paper) choose("paper", paper);
-});
+document.querySelector(".controls")?.addEventListener("change", showChoice);
 view.hudToggle.addEventListener("click", () => openHud(view.hudToggle.getAttribute("aria-expanded") !== "true"));
 view.forget.addEventListener("click", () => {
   const { videoWidth, videoHeight } = view.video;
   source?.stream?.calibrate(videoWidth, videoHeight, null);
-});
-view.objects.addEventListener("click", ({ target }) => {
-  const object = target instanceof HTMLElement && target.closest("button")?.dataset.object;
-  if (object) choose("object", object);
 });
 view.stage.addEventListener("click", ({ clientX, clientY }) => live?.placeObjectAt(clientX, clientY));
 view.stage.addEventListener("keydown", (event) => {
@@ -463,9 +429,7 @@ function takeFiles(files) {
   else void own.read(file);
 }
 
-chooseOverlay(choice.overlay);
-choose("paper", choice.paper);
-choose("object", choice.object);
+showChoice();
 openHud(matchMedia("(min-width: 760px) and (min-height: 560px)").matches);
 showView("start");
 if (location.hash === CLIP_HASH) {

@@ -1,7 +1,6 @@
 // The person's own picture on its way to the library: its corners, its size in print.
 
 import { estimatedCamera, printAspect, rectifyPicture } from "deepsft";
-import { check } from "../radio-group.js";
 import { CornerEditor } from "./corner-editor.js";
 import { MIN_MM, MAX_MM, formatLength, isUsableLength, largestOn, layOut, parseLength } from "./print-size.js";
 import { MAX_PICTURE_LENGTH, canvasOf, contextOf, turned } from "./read-picture.js";
@@ -63,14 +62,13 @@ export class PictureEditor {
     this.#problem = this.#part("#size-problem", HTMLElement);
     this.#part("#whole", HTMLButtonElement).addEventListener("click", () => this.#corners.reset());
     this.#part("#turn", HTMLButtonElement).addEventListener("click", () => this.#turn());
-    this.#part("#usual-sizes", HTMLElement).addEventListener("click", ({ target }) => {
-      const usual = target instanceof Element && target.closest("button")?.dataset.usual;
-      if (usual) this.#choose(/** @type {SizeChoice} */ (usual));
+    // Each click, for who chooses their own size again wants to type it. The arrow keys, whose clicks count none, may want to go on.
+    this.#part("#usual-sizes", HTMLElement).addEventListener("click", ({ target, detail }) => {
+      if (!(target instanceof HTMLInputElement)) return;
+      this.#choose(/** @type {SizeChoice} */ (target.value));
+      if (target.value === "own" && detail > 0) this.#width.select();
     });
-    this.#part("#units", HTMLElement).addEventListener("click", ({ target }) => {
-      const unit = target instanceof Element && target.closest("button")?.dataset.unit;
-      if (unit) this.#measureIn(/** @type {Unit} */ (unit));
-    });
+    this.#part("#units", HTMLElement).addEventListener("change", ({ target }) => target instanceof HTMLInputElement && this.#measureIn(/** @type {Unit} */ (target.value)));
     this.#width.addEventListener("input", () => this.#takeWidth());
     this.#height.addEventListener("input", () => this.#takeHeight());
     for (const input of [this.#width, this.#height])
@@ -134,7 +132,6 @@ export class PictureEditor {
     if (usual === "own" || usual === "unknown") this.#saidAspect = Number.NaN;
     this.#applyUsual();
     this.#showSize();
-    if (usual === "own") this.#width.select();
     this.#schedulePreview();
   }
 
@@ -186,7 +183,7 @@ export class PictureEditor {
     } catch {
       // Then it is asked for again next time.
     }
-    check(this.#part("#units", HTMLElement), "unit", unit);
+    check("unit", unit);
     this.#showSize();
   }
 
@@ -207,7 +204,7 @@ export class PictureEditor {
 
   #check() {
     this.#part("#size-unknown", HTMLElement).hidden = this.#usual !== "unknown";
-    check(this.#part("#usual-sizes", HTMLElement), "usual", this.#usual);
+    check("usual", this.#usual);
   }
 
   /** Draws the flat picture small, once before the screen shows its next frame. */
@@ -276,6 +273,11 @@ export class PictureEditor {
     if (!(found instanceof kind)) throw new Error(`The page has no ${selector}.`);
     return found;
   }
+}
+
+/** @param {string} name of radio buttons @param {string | null} value of the one that is chosen */
+function check(name, value) {
+  for (const radio of document.getElementsByName(name)) if (radio instanceof HTMLInputElement) radio.checked = radio.value === value;
 }
 
 /** @param {HTMLCanvasElement} canvas */
