@@ -156,7 +156,7 @@ test("what was chosen before is not put into what is looked at now", { timeout: 
         return new Promise((resolve) => waiting.push(() => resolve({ kind, sft: { info: {} }, target: {} })));
       };
       const used = [];
-      Live.prototype.follow = ({ kind }) => new Promise(() => used.push(kind));
+      Live.prototype.show = ({ kind }) => new Promise(() => used.push(kind));
       const click = (selector) => document.querySelector(selector).click();
       click("#use-clip");
       click("#back");
