@@ -92,7 +92,7 @@ const own = new OwnPicture(view.own, {
     else startVideo("camera");
   },
   readScan: (files) => subjects.readScan(files),
-  fail: (error) => showMessage(error, () => own.retry()),
+  fail: showMessage,
 });
 
 /** @param {"start" | "own" | "live"} name */
