@@ -293,6 +293,7 @@ test("the last picture is remembered on the device until it is forgotten", { tim
   withDemo({ camera: cameraFile }, { device: PHONE }, async ({ page, screenshot }) => {
     assert.equal(await page.isVisible("#last"), false);
     await page.setInputFiles("#picture-file", file(png));
+    await page.waitForSelector("#editor:not([hidden])");
     // The arrow keys go past what they choose; a tap on "Other" goes on to the width.
     await page.focus('[value="card"]');
     for (const value of ["own", "unknown"]) {
