@@ -1,97 +1,75 @@
 // The demo page: a start screen, the person's own picture, the live view, and what to say when something is in the way.
 
+import { CameraStream } from "deepsft";
 import { CameraSwitch } from "./live/camera-switch.js";
 import { prefersStillness } from "./graphics/animation.js";
 import { Hud } from "./live/hud.js";
-import { KeepAwake } from "./live/keep-awake.js";
-import { MeasuresPanel } from "./live/measures.js";
+import { keepAwake } from "./live/keep-awake.js";
 import { ShotButtons } from "./live/shot-buttons.js";
 import { messageFor } from "./messages.js";
 import { workOffline } from "./offline/offline.js";
 import { OwnPicture, scanAmong } from "./own/own-picture.js";
-import { check } from "./radio-group.js";
+import { part } from "./part.js";
 import { cameraSource, clipSource } from "./sources.js";
 import { Subjects } from "./subjects.js";
 
-/** @import { CameraStream, LoadProgress } from "deepsft" */
+/** @import { LoadProgress } from "deepsft" */
 /** @import { Remedy } from "./messages.js" */
-/** @import { VideoSource } from "./sources.js" */
-/** @import { Orbit } from "./graphics/orbit.js" */
 /** @import { Live } from "./live/live.js" */
-/** @import { Choice, Overlay } from "./live/overlays.js" */
+/** @import { Choice } from "./live/overlays.js" */
 
-/** @type {Record<Remedy, string>} */
-const REMEDY_WORDS = {
-  retry: "Try again",
-  camera: "Use the camera",
-  clip: "Use the clip",
-  image: "Open an image",
-  reload: "Reload",
-  picture: "Choose another picture",
-  edit: "Change this one",
-  scan: "Choose another scan",
+/** What the buttons beside a message say and do. @type {Record<Remedy, [words: string, act: () => void]>} */
+const REMEDIES = {
+  retry: ["Try again", () => retry()],
+  clip: ["Use the clip", startClip],
+  image: ["Open an image", () => view.imageFile.click()],
+  reload: ["Reload", () => location.reload()],
+  picture: ["Choose another picture", () => own.choose()],
+  edit: ["Change this one", () => own.edit()],
+  scan: ["Choose another scan", () => own.chooseScan()],
 };
 /** What the arrow keys move the object by, of the print's sides. @type {Readonly<Record<string, [number, number]>>} */
 const OBJECT_STEPS = { ArrowLeft: [-0.04, 0], ArrowRight: [0.04, 0], ArrowUp: [0, -0.04], ArrowDown: [0, 0.04] };
 const TITLES = { start: document.title, own: "Your own picture – DeepSfT", live: "Live – DeepSfT" };
 /** What has the focus first in each view. */
-const FOCUSED = { start: "choose-picture", own: "own", live: "back" };
+const FOCUSED = { start: "#choose-picture", own: "#own", live: "#back" };
 const STAGE_WORDS = "The picture with what was found drawn over it";
 const SOURCE_WORDS = { camera: "Camera", clip: "Clip, synthetic", image: "Image" };
 
-/**
- * What a library that grades pictures says of one: how well it can be found, and sentences that help.
- *
- * @typedef {{ grade?: { level: string, reasons: string[] } }} Graded
- */
-
-/** @template {HTMLElement} T @param {string} id @param {new () => T} kind @returns {T} */
-function byId(id, kind) {
-  const found = document.getElementById(id);
-  if (!(found instanceof kind)) throw new Error(`The page has no ${id}.`);
-  return found;
-}
-
 const view = {
-  live: byId("live", HTMLDivElement),
-  own: byId("own", HTMLDivElement),
-  hero: byId("hero", HTMLVideoElement),
-  video: byId("video", HTMLVideoElement),
-  loading: byId("loading", HTMLElement),
-  loadingText: byId("loading-text", HTMLSpanElement),
-  loadingFigures: byId("loading-figures", HTMLSpanElement),
-  loadingBar: byId("loading-bar", HTMLProgressElement),
-  message: byId("message", HTMLDialogElement),
-  notice: byId("notice", HTMLDivElement),
-  scale: byId("scale", HTMLDivElement),
-  papers: byId("papers", HTMLDivElement),
-  objects: byId("objects", HTMLDivElement),
-  stage: byId("stage", HTMLDivElement),
-  overlays: byId("overlays", HTMLDivElement),
-  forget: byId("forget", HTMLButtonElement),
-  hudToggle: byId("hud-toggle", HTMLButtonElement),
-  imageFile: byId("image-file", HTMLInputElement),
+  live: part("#live"),
+  own: part("#own"),
+  hero: part("#hero", HTMLVideoElement),
+  video: part("#video", HTMLVideoElement),
+  loading: part("#loading"),
+  loadingText: part("#loading-text"),
+  loadingFigures: part("#loading-figures"),
+  loadingBar: part("#loading-bar", HTMLProgressElement),
+  message: part("#message", HTMLDialogElement),
+  notice: part("#notice"),
+  sourceLabel: part("#source-label"),
+  stage: part("#stage"),
+  hud: part("#hud"),
+  imageFile: part("#image-file", HTMLInputElement),
 };
 
 const hud = new Hud();
 const takeNewVersion = workOffline();
-const measures = new MeasuresPanel(byId("measures", HTMLParagraphElement), byId("measures-said", HTMLParagraphElement));
-const shots = new ShotButtons(byId("shots", HTMLDivElement), () => live?.view ?? null, (error) =>
+const shots = new ShotButtons(part("#shots"), () => live?.view ?? null, (error) =>
   say(`This could not be kept: ${error instanceof Error ? error.message : error}`),
 );
 const cameras = new CameraSwitch(
-  byId("cameras", HTMLDivElement),
-  (name) => (byId("source-label", HTMLParagraphElement).textContent = name || SOURCE_WORDS.camera),
+  part("#cameras"),
+  (name) => (view.sourceLabel.textContent = name || SOURCE_WORDS.camera),
   (error, name) => say(`${name} does not open. ${error instanceof Error ? error.message : error}`),
 );
-const awake = new KeepAwake();
 /** @type {Live | null} */
 let live = null;
-/** What is drawn over the picture. @type {Choice} */
-const choice = { overlay: "paper", paper: "aurora", object: "house" };
+/** What is drawn over the picture: the values of the radio buttons by their names. */
+const choice = /** @type {Choice} */ ({});
 const subjects = new Subjects(showProgress, () => showWaiting("Learning your picture"));
-/** @type {VideoSource | null} */
-let source = null;
+/** The camera that shows. @type {CameraStream | null} */
+let stream = null;
 /** Ends what was started last, with its camera or clip. */
 let leaving = new AbortController();
 /** The end of the address that shows the clip at once. */
@@ -104,17 +82,17 @@ let retry = () => undefined;
 const own = new OwnPicture(view.own, {
   show() {
     leaveLive();
-    closeMessage();
+    view.message.close();
     showView("own");
   },
   leave: () => showView("start"),
   use(picture, use) {
     subjects.choose(picture);
     if (use === "image") view.imageFile.click();
-    else startVideo("camera", cameraSource);
+    else startVideo("camera");
   },
   readScan: (files) => subjects.readScan(files),
-  fail: (error) => showMessage(error, () => own.retry()),
+  fail: showMessage,
 });
 
 /** @param {"start" | "own" | "live"} name */
@@ -131,7 +109,7 @@ function showView(name) {
   if (name !== "start" && history.state) history.replaceState(history.state, "", addressOf(name));
   if (before === undefined || before === name) return;
   // What had the focus is gone, or goes.
-  byId(FOCUSED[name], HTMLElement).focus({ preventScroll: true });
+  part(FOCUSED[name]).focus({ preventScroll: true });
   // The browser's way back leads to the start, like the page's own.
   if (name !== "start" && !history.state) history.pushState({ isView: true }, "", addressOf(name));
   if (name !== "start" || !history.state || isReturning) return;
@@ -152,13 +130,8 @@ function addressOf(name) {
 /** Back to the start screen. */
 function leave() {
   leaveLive();
-  closeMessage();
-  showView("start");
-}
-
-function closeMessage() {
-  view.message.hidden = true;
   view.message.close();
+  showView("start");
 }
 
 /** @param {LoadProgress} progress */
@@ -189,19 +162,17 @@ function showWaiting(words) {
 async function readySubject(signal) {
   const subject = await subjects.ready();
   signal.throwIfAborted();
-  const { fallback } = subject.sft.info;
-  const { grade } = /** @type {Graded} */ (subject.target);
+  const { sft: { info: { fallback } }, target } = subject;
   // Pictures need no GPU: what runs without one then is nothing to speak of.
-  if (subject.kind === "picture") say(...(grade?.reasons ?? []));
-  else say(...(fallback ? [`Running on the CPU. ${fallback.message}`] : []));
+  if (subject.kind === "picture") say(target.grade?.reasons.join(" ") ?? "");
+  else say(fallback ? `Running on the CPU. ${fallback.message}` : "");
   return subject;
 }
 
-/** @param {string[]} sentences shown over the picture until closed */
-function say(...sentences) {
-  const words = sentences.join(" ");
+/** @param {string} words shown over the picture until closed; empty for none */
+function say(words) {
   view.notice.hidden = words === "";
-  byId("notice-text", HTMLSpanElement).textContent = words;
+  part("#notice-text").textContent = words;
 }
 
 /**
@@ -214,8 +185,8 @@ async function enterLive(kind, run) {
   leaveLive();
   const { signal } = (leaving = new AbortController());
   retry = () => void enterLive(kind, run);
-  closeMessage();
-  byId("source-label", HTMLParagraphElement).textContent = SOURCE_WORDS[kind];
+  view.message.close();
+  view.sourceLabel.textContent = SOURCE_WORDS[kind];
   view.loading.hidden = false;
   view.loadingText.textContent = kind === "camera" ? "Asking for the camera" : "Starting";
   view.live.dataset.source = kind;
@@ -231,95 +202,72 @@ async function enterLive(kind, run) {
 
 /** The live view. It is fetched, with three.js, when it is first wanted. */
 async function liveView() {
-  if (live) return live;
-  const [{ Live }, orbit] = await Promise.all([import("./live/live.js"), createOrbit()]);
-  if (live) return live;
-  live = new Live(view.stage, hud, orbit, byId("region", HTMLDivElement), choice);
-  const shown = () => (view.loading.hidden = source?.stream?.interrupted !== true);
-  live.onEstimate = shown;
-  live.onMesh = (mesh, camera, atOnce) => measures.show(mesh, camera, atOnce, subjects.tells);
-  live.onFrame = () => subjects.kind === "picture" && shown();
+  const { Live } = await import("./live/live.js");
+  live ??= new Live(view.stage, hud, choice, () => (view.loading.hidden = stream?.interrupted !== true));
   return live;
 }
 
-/** The sheet from the side. @returns {Promise<Orbit | null>} null where the browser offers no WebGL 2 */
-async function createOrbit() {
-  const { Orbit } = await import("./graphics/orbit.js");
-  const canvas = byId("orbit", HTMLCanvasElement);
-  try {
-    return new Orbit(canvas);
-  } catch {
-    canvas.hidden = true;
-    return null;
-  }
-}
-
-/**
- * @param {"camera" | "clip"} kind
- * @param {(video: HTMLVideoElement, signal: AbortSignal) => Promise<VideoSource>} open
- */
-function startVideo(kind, open) {
+/** @param {"camera" | "clip"} kind */
+function startVideo(kind) {
   void enterLive(kind, async (signal) => {
     // Side by side: the model loads while the person answers the camera's question.
     const subject = readySubject(signal);
     subject.catch(() => undefined);
     const viewing = liveView();
     viewing.catch(() => undefined);
-    const opened = await open(view.video, signal);
+    const opened = await (kind === "camera" ? cameraSource : clipSource)(view.video, signal);
     signal.throwIfAborted();
-    source = opened;
-    if (opened.stream) watch(opened.stream, signal);
-    void cameras.use(opened.stream);
-    awake.keep(true);
-    if (opened.stream?.error) throw opened.stream.error;
+    keepAwake(signal);
+    if (opened.source instanceof CameraStream) watch(opened.source, signal);
     const ready = await subject;
     signal.throwIfAborted();
     showWaiting("Looking at the first frame");
     const shown = await viewing;
     signal.throwIfAborted();
-    await shown.follow(ready, view.video, opened, signal);
+    await shown.show(ready, opened, signal);
   });
 }
 
 /**
  * Says what becomes of a camera.
  *
- * @param {CameraStream} stream
+ * @param {CameraStream} camera
  * @param {AbortSignal} signal
  */
-function watch(stream, signal) {
+function watch(camera, signal) {
+  stream = camera;
+  void cameras.use(camera);
+  if (camera.error) throw camera.error;
   const interrupted = () => {
     showWaiting("The camera is interrupted");
     view.loading.hidden = false;
   };
-  if (stream.interrupted) interrupted();
-  stream.addEventListener("lost", () => showMessage(stream.error), { signal });
-  stream.addEventListener("interrupted", interrupted, { signal });
-  stream.addEventListener("resumed", () => (view.loadingText.textContent = "Looking at the next frame"), { signal });
+  if (camera.interrupted) interrupted();
+  camera.addEventListener("lost", () => showMessage(camera.error), { signal });
+  camera.addEventListener("interrupted", interrupted, { signal });
+  camera.addEventListener("resumed", () => (view.loadingText.textContent = "Looking at the next frame"), { signal });
 }
 
 /** The clip shows the poster. */
 function startClip() {
   subjects.choose("poster");
-  startVideo("clip", clipSource);
+  startVideo("clip");
 }
 
-/** @param {Blob} image */
-function startImage(image) {
+/** @param {Blob} photograph */
+function startImage(photograph) {
   void enterLive("image", async (signal) => {
     const ready = await readySubject(signal);
     showWaiting("Looking at the image");
-    await (await liveView()).show(ready, image, signal);
+    await (await liveView()).show(ready, { photograph }, signal);
   });
 }
 
 function leaveLive() {
   shots.stop();
   leaving.abort();
-  measures.reset();
   void cameras.use(null);
-  awake.keep(false);
-  source = null;
+  stream = null;
 }
 
 /**
@@ -331,75 +279,45 @@ function showMessage(error, again) {
   hud.showStopped();
   retry = again ?? retry;
   const { title, advice, remedies, code, detail } = messageFor(error, document.body.dataset.view === "own" || subjects.kind === "picture");
-  byId("message-title", HTMLHeadingElement).textContent = title;
-  byId("message-advice", HTMLParagraphElement).textContent = advice;
-  byId("message-code", HTMLElement).textContent = code;
-  byId("message-detail", HTMLSpanElement).textContent = detail;
+  part("#message-title").textContent = title;
+  part("#message-advice").textContent = advice;
+  part("#message-code").textContent = code;
+  part("#message-detail").textContent = detail;
   const buttons = remedies.map((remedy, i) => {
-    const button = document.createElement("button");
-    button.type = "button";
-    button.textContent = REMEDY_WORDS[remedy];
-    button.classList.toggle("primary", i === 0);
-    button.addEventListener("click", () => applyRemedy(remedy));
-    return button;
+    const [textContent, onclick] = REMEDIES[remedy];
+    return Object.assign(document.createElement("button"), { type: "button", textContent, onclick, className: i === 0 ? "primary" : "" });
   });
-  byId("message-remedies", HTMLDivElement).replaceChildren(...buttons);
+  part("#message-remedies").replaceChildren(...buttons);
   view.loading.hidden = true;
-  view.message.hidden = false;
   if (!view.message.open) view.message.showModal();
   buttons[0]?.focus();
 }
 
-/** @param {Remedy} remedy */
-function applyRemedy(remedy) {
-  if (remedy === "retry") retry();
-  else if (remedy === "camera") startVideo("camera", cameraSource);
-  else if (remedy === "clip") startClip();
-  else if (remedy === "image") view.imageFile.click();
-  else if (remedy === "picture") own.choose();
-  else if (remedy === "edit") own.edit();
-  else if (remedy === "scan") own.chooseScan();
-  else location.reload();
-}
-
-/** @param {Overlay} overlay */
-function chooseOverlay(overlay) {
-  choice.overlay = overlay;
-  check(view.overlays, "overlay", overlay);
-  view.papers.hidden = overlay !== "paper";
-  view.objects.hidden = overlay !== "object";
+/** Shows what the radio buttons say. */
+function showChoice() {
+  for (const { name, value } of /** @type {NodeListOf<HTMLInputElement>} */ (document.querySelectorAll(".controls :checked"))) Object.assign(choice, { [name]: value });
+  const isObject = choice.overlay === "object";
   // The object can be moved there.
-  view.stage.tabIndex = overlay === "object" ? 0 : -1;
-  view.stage.setAttribute("aria-label", overlay === "object" ? `${STAGE_WORDS}; tap the sheet, or press the arrow keys, to move the object` : STAGE_WORDS);
-  view.scale.hidden = overlay !== "depth";
-  view.live.dataset.overlay = overlay;
-  live?.refresh();
-}
-
-/**
- * @param {"paper" | "object"} kind
- * @param {string} name
- */
-function choose(kind, name) {
-  Object.assign(choice, { [kind]: name });
-  check(kind === "paper" ? view.papers : view.objects, kind, name);
+  view.stage.tabIndex = isObject ? 0 : -1;
+  view.stage.setAttribute("aria-label", isObject ? `${STAGE_WORDS}; tap the sheet, or press the arrow keys, to move the object` : STAGE_WORDS);
+  view.live.dataset.overlay = choice.overlay;
   live?.refresh();
 }
 
 /** @param {boolean} open */
 function openHud(open) {
-  byId("hud", HTMLElement).hidden = !open;
-  view.hudToggle.setAttribute("aria-expanded", String(open));
+  view.hud.hidden = !open;
+  part("#hud-toggle").setAttribute("aria-expanded", String(open));
 }
 
-for (const [id, subject] of /** @type {const} */ ([["use-camera", "poster"], ["use-tube", "tube"]])) {
-  byId(id, HTMLButtonElement).addEventListener("click", () => {
+for (const [button, subject] of /** @type {const} */ ([["#use-camera", "poster"], ["#use-tube", "tube"]])) {
+  part(button).addEventListener("click", () => {
     subjects.choose(subject);
-    startVideo("camera", cameraSource);
+    startVideo("camera");
   });
 }
-byId("use-clip", HTMLButtonElement).addEventListener("click", startClip);
-byId("use-image", HTMLButtonElement).addEventListener("click", () => {
+part("#use-clip").addEventListener("click", startClip);
+part("#use-image").addEventListener("click", () => {
   subjects.choose("poster");
   view.imageFile.click();
 });
@@ -408,11 +326,8 @@ view.imageFile.addEventListener("change", () => {
   view.imageFile.value = "";
   if (file) startImage(file);
 });
-for (const id of ["back", "message-close"]) byId(id, HTMLButtonElement).addEventListener("click", leave);
-view.message.addEventListener("cancel", (event) => {
-  event.preventDefault();
-  leave();
-});
+for (const button of ["#back", "#message-close"]) part(button).addEventListener("click", leave);
+view.message.addEventListener("cancel", leave);
 addEventListener("popstate", () => {
   const isAway = document.body.dataset.view !== "start" && !history.state;
   // Who has come back and gone on meanwhile stays there.
@@ -420,24 +335,10 @@ addEventListener("popstate", () => {
   else if (isAway) leave();
   isReturning = false;
 });
-byId("notice-close", HTMLButtonElement).addEventListener("click", () => (view.notice.hidden = true));
-view.overlays.addEventListener("click", ({ target }) => {
-  const overlay = target instanceof HTMLElement && target.closest("button")?.dataset.overlay;
-  if (overlay) chooseOverlay(/** @type {Overlay} */ (overlay));
-});
-view.papers.addEventListener("click", ({ target }) => {
-  const paper = target instanceof HTMLElement && target.closest("button")?.dataset.paper;
-  if (paper) choose("paper", paper);
-});
-view.hudToggle.addEventListener("click", () => openHud(view.hudToggle.getAttribute("aria-expanded") !== "true"));
-view.forget.addEventListener("click", () => {
-  const { videoWidth, videoHeight } = view.video;
-  source?.stream?.calibrate(videoWidth, videoHeight, null);
-});
-view.objects.addEventListener("click", ({ target }) => {
-  const object = target instanceof HTMLElement && target.closest("button")?.dataset.object;
-  if (object) choose("object", object);
-});
+part("#notice-close").addEventListener("click", () => (view.notice.hidden = true));
+part(".controls").addEventListener("change", showChoice);
+part("#hud-toggle").addEventListener("click", () => openHud(view.hud.hidden !== false));
+part("#forget").addEventListener("click", () => stream?.calibrate(view.video.videoWidth, view.video.videoHeight, null));
 view.stage.addEventListener("click", ({ clientX, clientY }) => live?.placeObjectAt(clientX, clientY));
 view.stage.addEventListener("keydown", (event) => {
   const step = OBJECT_STEPS[event.key];
@@ -450,22 +351,18 @@ addEventListener("drop", (event) => {
   event.preventDefault();
   takeFiles(event.dataTransfer?.files);
 });
-addEventListener("paste", (event) => {
-  takeFiles(event.clipboardData?.files);
-});
+addEventListener("paste", ({ clipboardData }) => takeFiles(clipboardData?.files));
 
-/** @param {FileList | undefined} files a scan; a photograph to look at while something is looked for; else the person's own picture */
-function takeFiles(files) {
-  const [file] = files ?? [];
-  if (!file) return;
-  if (scanAmong(files ?? [])) void own.readScan([...(files ?? [])]);
-  else if (document.body.dataset.view === "live") startImage(file);
-  else void own.read(file);
+/** @param {Iterable<File>} [given] a scan; a photograph to look at while something is looked for; else the person's own picture */
+function takeFiles(given = []) {
+  const files = [...given];
+  if (files.length === 0) return;
+  if (scanAmong(files)) void own.readScan(files);
+  else if (document.body.dataset.view === "live") startImage(files[0]);
+  else void own.read(files[0]);
 }
 
-chooseOverlay(choice.overlay);
-choose("paper", choice.paper);
-choose("object", choice.object);
+showChoice();
 openHud(matchMedia("(min-width: 760px) and (min-height: 560px)").matches);
 showView("start");
 if (location.hash === CLIP_HASH) {

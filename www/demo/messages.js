@@ -2,7 +2,7 @@
 
 import { DeepSftError } from "deepsft";
 
-/** @typedef {"retry" | "camera" | "clip" | "image" | "reload" | "picture" | "edit" | "scan"} Remedy */
+/** @typedef {"retry" | "clip" | "image" | "reload" | "picture" | "edit" | "scan"} Remedy */
 
 /** What is wrong with a picture before the library sees it. */
 export class PictureError extends Error {
@@ -74,11 +74,6 @@ const MESSAGES = {
   "image-unreadable": {
     title: "This picture could not be read",
     advice: "It may be empty, broken, or of a kind this browser does not know. JPEG and PNG always work.",
-    remedies: ["image", "clip"],
-  },
-  "image-cross-origin": {
-    title: "This picture comes from elsewhere",
-    advice: "The browser does not show pages the pixels of another server's pictures. Save it, then open the file.",
     remedies: ["image", "clip"],
   },
   "picture-small": {

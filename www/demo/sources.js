@@ -1,16 +1,11 @@
-// The three places a picture can come from, each as a video or an image with its camera.
+// The two places a video can come from, each with its camera.
 
 import { DeepSftError, openCamera } from "deepsft";
 import { rememberedCamera } from "./live/camera-switch.js";
 
-/** @import { Camera, CameraOption, CameraStream } from "deepsft" */
+/** @import { Camera, CameraOption, FrameSource } from "deepsft" */
 
-/**
- * @typedef {object} VideoSource
- * @property {"camera" | "clip"} kind
- * @property {CameraOption | undefined} camera
- * @property {CameraStream | null} stream of a real camera
- */
+/** As a scene takes them. @typedef {{ source: FrameSource, camera?: CameraOption }} VideoSource */
 
 /** The clip in each coding, the one to prefer first. */
 const CLIPS = [
@@ -25,8 +20,7 @@ const CLIP_CAMERA_URL = "demo/clip.json";
  * @returns {Promise<VideoSource>}
  */
 export async function cameraSource(video, signal) {
-  const stream = await openCamera(video, { ...rememberedCamera(), signal });
-  return { kind: "camera", camera: undefined, stream };
+  return { source: await openCamera(video, { ...rememberedCamera(), signal }) };
 }
 
 /**
@@ -48,7 +42,7 @@ export async function clipSource(video, signal) {
   try {
     await playFirst(video, signal);
     const { camera } = await description;
-    return { kind: "clip", camera, stream: null };
+    return { source: video, camera };
   } catch (error) {
     if (signal.aborted || error instanceof DeepSftError) throw error;
     throw new DeepSftError("image-unreadable", "This browser cannot play the clip.", { cause: error });

@@ -47,12 +47,6 @@ export class Subjects {
     return typeof this.#chosen === "string" ? this.#chosen : "picture";
   }
 
-  /** What people are told of it in numbers: a tube is bent by nature, and without a size no distance is known. */
-  get tells() {
-    const chosen = this.#chosen;
-    return { bend: chosen !== "tube", distance: typeof chosen === "string" || chosen.hasSize };
-  }
-
   /** @param {ReadyPicture | Ours} subject */
   choose(subject) {
     this.#chosen = subject;

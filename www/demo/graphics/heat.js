@@ -59,9 +59,9 @@ export function depthRange(depth) {
  * Round values to label a scale with, from near to far.
  *
  * @param {{ near: number, far: number }} range
- * @param {number} [most] labels
+ * @param {number} most labels
  */
-export function depthTicks({ near, far }, most = 6) {
+export function depthTicks({ near, far }, most) {
   const step = [5, 10, 20, 50, 100, 200, 500, 1000].find((s) => (far - near) / s <= most - 1) ?? 2000;
   const ticks = [];
   for (let tick = Math.ceil(near / step) * step; tick <= far; tick += step) ticks.push(tick);

@@ -20,6 +20,21 @@ const FOLLOW_SECONDS = 0.6;
 /** From the eye to the middle, in sizes: a mild perspective. */
 const DISTANCE = 3.2;
 
+/**
+ * A view on a canvas, which is hidden where there can be none.
+ *
+ * @param {HTMLCanvasElement} canvas
+ * @returns {Orbit | null} null where the browser offers no WebGL 2
+ */
+export function orbitOn(canvas) {
+  try {
+    return new Orbit(canvas);
+  } catch {
+    canvas.hidden = true;
+    return null;
+  }
+}
+
 export class Orbit {
   #canvas;
   #renderer;

@@ -1,7 +1,7 @@
 // A paper painted into a texture, which is printed on the sheet.
 
 import { Camera, LinearMipmapLinearFilter, LinearMipmapNearestFilter, Mesh, PlaneGeometry, SRGBColorSpace, ShaderMaterial, Vector2, WebGLRenderTarget } from "three";
-import { PAPERS_GLSL, PAPER_FUNCTIONS } from "./papers.js";
+import { PAPERS_GLSL } from "./papers.js";
 
 /** @import { WebGLRenderer } from "three" */
 /** @import { Paper } from "./papers.js" */
@@ -19,7 +19,7 @@ uniform float u_seconds;
 ${PAPERS_GLSL}
 void main() {
   vec2 mm = vec2(gl_FragCoord.x, u_size.y - gl_FragCoord.y) / u_size * u_sheetMm;
-  gl_FragColor = vec4(clamp(${PAPER_FUNCTIONS[paper]}(mm, u_sheetMm.x / u_size.x, u_sheetMm, u_seconds), 0.0, 1.0), 1.0);
+  gl_FragColor = vec4(clamp(${paper}Paper(mm, u_sheetMm.x / u_size.x, u_sheetMm, u_seconds), 0.0, 1.0), 1.0);
 }`;
 
 export class PaperPainter {

@@ -3,15 +3,8 @@
 /** @typedef {"aurora" | "ink" | "squares"} Paper */
 
 /**
- * The function of each paper in {@link PAPERS_GLSL}: `vec3 f(vec2 mm, float pixelMm, vec2 sizeMm, float seconds)`.
- *
- * @type {Readonly<Record<Paper, string>>}
- */
-export const PAPER_FUNCTIONS = { aurora: "auroraPaper", ink: "inkPaper", squares: "squaresPaper" };
-
-/**
- * GLSL: the papers' functions, linear light, `mm` from the sheet's top left (detail finer than a pixel, which is `pixelMm`
- * wide on the sheet, fades out).
+ * GLSL: for each paper a function of its name, `vec3 auroraPaper(vec2 mm, float pixelMm, vec2 sizeMm, float seconds)`: linear light, `mm`
+ * from the sheet's top left (detail finer than a pixel, which is `pixelMm` wide on the sheet, fades out).
  */
 export const PAPERS_GLSL = `
 float hash(vec2 p) {

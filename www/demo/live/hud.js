@@ -1,8 +1,8 @@
 // The figures beside the picture: rate, stage times, device, camera.
 
 import { depthTicks, heatGradient } from "../graphics/heat.js";
-
 import { formatSize } from "../own/print-size.js";
+import { part } from "../part.js";
 
 /** @import { EngineInfo, Estimate, SourcedCamera, TrackedFrame } from "deepsft" */
 /** @import { Subject } from "../subjects.js" */
@@ -23,24 +23,6 @@ const SOURCE_WORDS = {
   exif: "by the photograph's EXIF data",
   estimated: "estimated, ±\u00a015\u00a0%",
 };
-
-/**
- * @param {number} parameters
- * @returns {string} such as "2.4 M"
- */
-function millions(parameters) {
-  return `${(parameters / 1e6).toFixed(1)} M`;
-}
-
-/**
- * @param {string} selector
- * @returns {HTMLElement}
- */
-function element(selector) {
-  const found = document.querySelector(selector);
-  if (!(found instanceof HTMLElement)) throw new Error(`The page has no ${selector}.`);
-  return found;
-}
 
 /** What is said where it is not found, and what helps. */
 const MISSING = {
@@ -64,7 +46,7 @@ export class Hud {
   #missing = "";
 
   constructor() {
-    const { style } = element("#scale-bar");
+    const { style } = part("#scale-bar");
     style.setProperty("--scale-up", heatGradient("to top"));
     style.setProperty("--scale-right", heatGradient("to right"));
   }
@@ -73,16 +55,14 @@ export class Hud {
   reset() {
     this.#means.clear();
     [this.#frames, this.#answers] = [0, 0];
-    element("#fps").textContent = "–";
-    element("#network-fps").textContent = "–";
+    part("#fps").textContent = "–";
+    part("#network-fps").textContent = "–";
     this.showMesh(false);
-    element("#state").dataset.state = "waiting";
-    element("#state").dataset.how = "";
-    element("#state-text").textContent = "Warming up";
+    this.#showWaiting("Warming up");
     this.#say("");
     for (const name of STAGES) {
-      element(`#${name}-ms`).textContent = "–";
-      element(`#${name}-bar`).style.flexGrow = "0";
+      part(`#${name}-ms`).textContent = "–";
+      part(`#${name}-bar`).style.flexGrow = "0";
     }
     this.#stages.clear();
     this.#shownAt = -Infinity;
@@ -90,35 +70,39 @@ export class Hud {
 
   /** Nothing is looked for any more. */
   showStopped() {
-    element("#state").dataset.state = "waiting";
-    element("#state").dataset.how = "";
-    element("#state-text").textContent = "Stopped";
+    this.#showWaiting("Stopped");
+  }
+
+  /** @param {string} words while it is not known whether the sheet is there */
+  #showWaiting(words) {
+    Object.assign(part("#state").dataset, { state: "waiting", how: "" });
+    part("#state-text").textContent = words;
   }
 
   /** @param {Subject} subject what is looked for */
   showSubject(subject) {
     const { kind, target, hasSize } = subject;
-    [this.#missing, element("#hint").textContent] = MISSING[kind];
+    [this.#missing, part("#hint").textContent] = MISSING[kind];
     const hasNetwork = kind !== "picture";
-    element("#network-word").textContent = hasNetwork ? "Network" : "Find";
-    element("#pace-term").textContent = hasNetwork ? "Network, beside the tracker" : "Finder, beside the tracker";
-    element("#model-term").textContent = hasNetwork ? "Model" : "Your picture";
+    part("#network-word").textContent = hasNetwork ? "Network" : "Find";
+    part("#pace-term").textContent = hasNetwork ? "Network, beside the tracker" : "Finder, beside the tracker";
+    part("#model-term").textContent = hasNetwork ? "Model" : "Your picture";
     const size = hasSize ? formatSize(target.widthMm, target.heightMm) : "size not known";
-    if (kind === "picture") element("#model").textContent = `${target.name}, ${size}`;
-    element("#scale").dataset.unit = hasSize ? "mm" : "none";
+    if (kind === "picture") part("#model").textContent = `${target.name}, ${size}`;
+    part("#scale").dataset.unit = hasSize ? "mm" : "none";
     this.showEngine(subject);
   }
 
   /** @param {Subject} subject */
   showEngine({ kind, sft: { info } }) {
-    if (kind !== "picture") element("#model").textContent = `${info.modelName}, ${millions(info.parameters)} parameters`;
+    if (kind !== "picture") part("#model").textContent = `${info.modelName}, ${(info.parameters / 1e6).toFixed(1)} M parameters`;
     if (info === this.#engine) return;
     this.#engine = info;
     const name = info.device === "webgpu" ? (info.software ? "WebGPU (software)" : "WebGPU") : "CPU";
-    element("#device").textContent = name;
-    element("#adapter").textContent = info.device === "cpu" ? "" : info.adapterName;
-    element("#fallback").textContent = info.fallback ? info.fallback.message : "";
-    element("#fallback-row").hidden = !info.fallback;
+    part("#device").textContent = name;
+    part("#adapter").textContent = info.device === "cpu" ? "" : info.adapterName;
+    part("#fallback").textContent = info.fallback ? info.fallback.message : "";
+    part("#fallback-row").hidden = !info.fallback;
   }
 
   /**
@@ -150,28 +134,32 @@ export class Hud {
     if (this.#frames > 0) this.#mean("interval", now - this.#lastFrame, weight);
     this.#frames++;
     this.#lastFrame = now;
-    const wasTracked = element("#state").dataset.how === "tracked";
+    const wasTracked = part("#state").dataset.how === "tracked";
     // What was found or lost is said at once, figures now and then.
     if (found === wasTracked && now - this.#shownAt < STAND_MS) return;
     this.#shownAt = now;
     const rate = 1000 / (this.#means.get("interval") ?? Infinity);
-    if (rate > 0) element("#fps").textContent = rate.toFixed(rate < 9.95 ? 1 : 0);
+    if (rate > 0) part("#fps").textContent = rate.toFixed(rate < 9.95 ? 1 : 0);
     this.#showStages();
     this.showMesh(found);
-    if (networkFps > 0 && this.#answers === 0) element("#network-fps").textContent = networkFps.toFixed(1);
+    if (networkFps > 0 && this.#answers === 0) part("#network-fps").textContent = networkFps.toFixed(1);
     if (found) this.#showState(true, "tracked", correlation);
-    else if (wasTracked) this.#showLost();
+    else if (wasTracked) {
+      // Until the network has said whether the sheet is still there.
+      this.#showWaiting("Looking again");
+      this.#say("Looking again");
+    }
     this.#showCamera(camera);
   }
 
   /** @param {boolean} software whether the processor does the drawing: then the panels do without blurred glass */
   showSoftware(software) {
-    element("#live").dataset.software = String(software);
+    part("#live").dataset.software = String(software);
   }
 
   /** @param {boolean} there whether a mesh is drawn */
   showMesh(there) {
-    element("#live").dataset.mesh = String(there);
+    part("#live").dataset.mesh = String(there);
   }
 
   /**
@@ -184,7 +172,7 @@ export class Hud {
   showAnswer({ found, confidence, times: { networkMs, judgeMs } }, tracked, fps) {
     const weight = this.#answers++ > 1 && fps > 0 ? 1 - Math.exp(-1 / fps / MEAN_SECONDS) : 1;
     this.#takeStages({ network: networkMs, judge: judgeMs }, weight);
-    if (fps > 0) element("#network-fps").textContent = this.#mean("network-fps", fps, weight).toFixed(1);
+    if (fps > 0) part("#network-fps").textContent = this.#mean("network-fps", fps, weight).toFixed(1);
     if (!tracked) this.#showState(found, "found", confidence);
   }
 
@@ -199,8 +187,8 @@ export class Hud {
   #showStages() {
     const total = [...this.#stages.values()].reduce((sum, ms) => sum + ms, 0);
     for (const [name, ms] of this.#stages) {
-      element(`#${name}-bar`).style.flexGrow = String(ms / total);
-      element(`#${name}-ms`).textContent = ms.toFixed(ms < 9.95 ? 1 : 0);
+      part(`#${name}-bar`).style.flexGrow = String(ms / total);
+      part(`#${name}-ms`).textContent = ms.toFixed(ms < 9.95 ? 1 : 0);
     }
   }
 
@@ -210,18 +198,17 @@ export class Hud {
    * @param {number} fraction of the print that the image agrees with, 0 to 1
    */
   #showState(found, how, fraction) {
-    element("#state").dataset.state = found ? "found" : "missing";
-    element("#state").dataset.how = found ? how : "";
-    element("#state-text").textContent = found
+    Object.assign(part("#state").dataset, found ? { state: "found", how } : { state: "missing", how: "" });
+    part("#state-text").textContent = found
       ? `${STATE_WORDS[how]} · ${Math.round(100 * fraction)} %`
       : this.#missing;
     this.#say(found ? "Found" : this.#missing);
-    element("#hint").hidden = found;
+    part("#hint").hidden = found;
   }
 
   /** To a screen reader, once. @param {string} words */
   #say(words) {
-    if (element("#state-said").textContent !== words) element("#state-said").textContent = words;
+    if (part("#state-said").textContent !== words) part("#state-said").textContent = words;
   }
 
   /** The sheet has not been seen for a while. */
@@ -229,21 +216,13 @@ export class Hud {
     this.#showState(false, "found", 0);
   }
 
-  /** Until the network has said whether the sheet is still there. */
-  #showLost() {
-    element("#state").dataset.state = "waiting";
-    element("#state").dataset.how = "";
-    element("#state-text").textContent = "Looking again";
-    this.#say("Looking again");
-  }
-
   /** @param {SourcedCamera} camera */
   #showCamera({ width, height, fx, source, spread }) {
-    element("#frame-size").textContent = `${width} × ${height}`;
-    element("#focal").textContent = `f ${fx.toFixed(0)} px`;
+    part("#frame-size").textContent = `${width} × ${height}`;
+    part("#focal").textContent = `f ${fx.toFixed(0)} px`;
     const sure = spread ? `, ±\u00a0${((100 * spread) / fx).toFixed(1)}\u00a0%` : "";
-    element("#focal-source").textContent = `${SOURCE_WORDS[source]}${sure}`;
-    element("#camera-row").dataset.source = source;
+    part("#focal-source").textContent = `${SOURCE_WORDS[source]}${sure}`;
+    part("#camera-row").dataset.source = source;
   }
 
   /**
@@ -258,7 +237,7 @@ export class Hud {
       label.style.setProperty("--at", String((tick - range.near) / (range.far - range.near)));
       return label;
     });
-    element("#scale-ticks").replaceChildren(...labels);
+    part("#scale-ticks").replaceChildren(...labels);
   }
 
   /**

@@ -3,15 +3,16 @@
 import { visibleRegion } from "deepsft";
 import { start } from "deepsft/scene";
 import { depthRange, depthTicks } from "../graphics/heat.js";
+import { orbitOn } from "../graphics/orbit.js";
+import { part } from "../part.js";
+import { MeasuresPanel } from "./measures.js";
 import { Overlays } from "./overlays.js";
 
 /** @import { Estimate, SourcedCamera, SurfaceMesh, TrackedFrame } from "deepsft" */
 /** @import { SceneOptions, SceneView } from "deepsft/scene" */
 /** @import { Hud } from "./hud.js" */
 /** @import { Choice } from "./overlays.js" */
-/** @import { VideoSource } from "../sources.js" */
 /** @import { Subject } from "../subjects.js" */
-/** @import { Orbit } from "../graphics/orbit.js" */
 
 /** The picture covers the page as far as it is then at most so much larger than all of it would be. */
 const MAX_CUT = 1.12;
@@ -22,32 +23,26 @@ const SCALE_SECONDS = 0.4;
 /** Of the image, below which a region that the network sees is marked. */
 const WHOLE = 0.95;
 
-/** Fired on the document for each estimate, before it is closed, for those who script the page. */
-export class EstimateEvent extends Event {
-  /** @param {Estimate} estimate */
-  constructor(estimate) {
-    super("deepsft-estimate");
-    this.estimate = estimate;
-  }
-}
-
-/** Fired on the document for each tracked frame, before it is closed, for those who script the page. */
-export class TrackedEvent extends Event {
-  /** @param {TrackedFrame} tracked */
-  constructor(tracked) {
-    super("deepsft-tracked");
-    this.tracked = tracked;
-  }
+/**
+ * Tells those who script the page of an estimate or a tracked frame, before it is closed.
+ *
+ * @param {"estimate" | "tracked"} name
+ * @param {Estimate | TrackedFrame} result a property of this name of the event `deepsft-estimate` or `deepsft-tracked` on the document
+ */
+function announce(name, result) {
+  document.dispatchEvent(Object.assign(new Event(`deepsft-${name}`), { [name]: result }));
 }
 
 export class Live {
   #container;
   #hud;
-  #orbit;
-  #region;
   #choice;
-  /** @type {Subject | null} */
-  #subject = null;
+  #onShown;
+  /** The sheet from the side, where it can be drawn. */
+  #orbit = orbitOn(part("#orbit", HTMLCanvasElement));
+  /** Frame around the part of the picture that the network sees. */
+  #region = part("#region");
+  #measures = new MeasuresPanel();
   /** Whether one picture is shown, and no video. */
   #isPhotograph = false;
   /** @type {SceneView | null} */
@@ -61,26 +56,18 @@ export class Live {
   /** @type {{ near: number, far: number } | null} */
   #range = null;
   #scaledAt = 0;
-  /** @type {(estimate: Estimate) => void} */
-  onEstimate = () => undefined;
-  /** @type {(tracked: TrackedFrame) => void} told of each frame before it is closed */
-  onFrame = () => undefined;
-  /** @type {(mesh: SurfaceMesh | null, camera: SourcedCamera, atOnce: boolean) => void} told of the newest mesh */
-  onMesh = () => undefined;
 
   /**
    * @param {HTMLElement} container
    * @param {Hud} hud
-   * @param {Orbit | null} orbit the sheet from the side, where it can be drawn
-   * @param {HTMLElement} region frame around the part of the picture that the network sees
    * @param {Choice} choice what is drawn over the picture
+   * @param {() => void} onShown is told when there is something to see
    */
-  constructor(container, hud, orbit, region, choice) {
-    this.#choice = choice;
+  constructor(container, hud, choice, onShown) {
     this.#container = container;
     this.#hud = hud;
-    this.#orbit = orbit;
-    this.#region = region;
+    this.#choice = choice;
+    this.#onShown = onShown;
   }
 
   /** The scene that is shown. */
@@ -89,27 +76,34 @@ export class Live {
   }
 
   /**
-   * Follows a video until the signal ends it.
+   * Follows a video, or shows one photograph with what is found in it, until the signal ends it.
    *
    * @param {Subject} subject what is looked for
-   * @param {HTMLVideoElement} video
-   * @param {VideoSource} source that plays in it
+   * @param {Pick<SceneOptions, "source" | "camera" | "photograph">} options
    * @param {AbortSignal} signal
    * @returns {Promise<void>} rejects when something else ends it
    */
-  follow(subject, video, { stream, camera }, signal) {
-    return this.#show(subject, { source: stream ?? video, camera }, signal);
-  }
-
-  /**
-   * Shows one picture, with what is found in it.
-   *
-   * @param {Subject} subject what is looked for
-   * @param {Blob} photograph
-   * @param {AbortSignal} signal
-   */
-  show(subject, photograph, signal) {
-    return this.#show(subject, { photograph }, signal);
+  async show(subject, options, signal) {
+    const { sft, target } = subject;
+    this.#isPhotograph = options.photograph !== undefined;
+    this.#hud.showSubject(subject);
+    this.#orbit?.setTemplate(target);
+    const ended = new Promise((resolve) => signal.addEventListener("abort", resolve));
+    const onEstimate = (/** @type {Estimate} */ estimate) => this.#takeEstimate(estimate, subject);
+    const shown = { sft, targets: [target], fit: MAX_CUT, screens: /** @type {const} */ (false), sound: false, smooth: false, onEstimate };
+    const view = await start(this.#container, { ...shown, ...options, signal });
+    this.#view = view;
+    this.#trackedAt = performance.now();
+    this.#hud.showSoftware(view.software);
+    this.#overlays = new Overlays(view, target);
+    this.#overlays.show(this.#choice);
+    signal.addEventListener("abort", () => this.#end());
+    view.addEventListener("frame", ({ detail: { frame } }) => {
+      if (frame !== this.#frame) this.#take(frame, view, subject);
+      this.#overlays?.animate();
+    });
+    const failed = new Promise((_, reject) => view.addEventListener("error", ({ detail }) => reject(detail.error)));
+    await Promise.race([ended, failed]);
   }
 
   /** Draws what was chosen anew. */
@@ -130,38 +124,11 @@ export class Live {
     this.#overlays?.moveObject(u, v);
   }
 
-  /**
-   * @param {Subject} subject
-   * @param {SceneOptions} options
-   * @param {AbortSignal} signal
-   */
-  async #show(subject, options, signal) {
-    const { sft, target } = (this.#subject = subject);
-    this.#isPhotograph = options.photograph !== undefined;
-    this.#hud.showSubject(subject);
-    this.#orbit?.setTemplate(target);
-    const ended = new Promise((resolve) => signal.addEventListener("abort", resolve));
-    const onEstimate = (/** @type {Estimate} */ estimate) => this.#takeEstimate(estimate);
-    const shown = { sft, targets: [target], fit: MAX_CUT, screens: /** @type {const} */ (false), sound: false, smooth: false, onEstimate };
-    const view = await start(this.#container, { ...shown, ...options, signal });
-    this.#view = view;
-    this.#trackedAt = performance.now();
-    this.#hud.showSoftware(view.software);
-    this.#overlays = new Overlays(view, target);
-    this.#overlays.show(this.#choice);
-    signal.addEventListener("abort", () => this.#end());
-    view.addEventListener("frame", ({ detail: { frame } }) => {
-      if (frame !== this.#frame) this.#take(frame, view);
-      this.#overlays?.animate();
-    });
-    const failed = new Promise((_, reject) => view.addEventListener("error", ({ detail }) => reject(detail.error)));
-    await Promise.race([ended, failed]);
-  }
-
   #end() {
     this.#overlays?.dispose();
     [this.#view, this.#overlays, this.#frame, this.#range] = [null, null, null, null];
     this.#orbit?.reset();
+    this.#measures.reset();
     this.#region.hidden = true;
   }
 
@@ -170,12 +137,13 @@ export class Live {
    *
    * @param {TrackedFrame} tracked
    * @param {SceneView} view
+   * @param {Subject} subject
    */
-  #take(tracked, view) {
+  #take(tracked, view, { kind, hasSize }) {
     const now = performance.now();
     const { mesh, camera } = tracked;
     this.#frame = tracked;
-    document.dispatchEvent(new TrackedEvent(tracked));
+    announce("tracked", tracked);
     if (mesh) {
       this.#trackedAt = now;
       this.#followDepth(mesh);
@@ -188,17 +156,19 @@ export class Live {
     if (this.#isPhotograph) this.#hud.showMesh(mesh !== null);
     else this.#hud.showTracked(tracked, view.drawMs);
     // A network says by itself that nothing is there.
-    if (!this.#isPhotograph && this.#subject?.kind === "picture" && now - this.#trackedAt > MISSING_MS) this.#hud.showMissing();
-    this.onMesh(mesh, camera, this.#isPhotograph);
-    this.onFrame(tracked);
+    if (!this.#isPhotograph && kind === "picture" && now - this.#trackedAt > MISSING_MS) this.#hud.showMissing();
+    // A tube is bent by nature, and without a size no distance is known.
+    this.#measures.show(mesh, camera, this.#isPhotograph, { bend: kind !== "tube", distance: hasSize });
+    // Else the network's first answer is waited for.
+    if (kind === "picture") this.#onShown();
   }
 
-  /** @param {Estimate} estimate */
-  #takeEstimate(estimate) {
-    document.dispatchEvent(new EstimateEvent(estimate));
-    this.onEstimate(estimate);
+  /** @param {Estimate} estimate @param {Subject} subject */
+  #takeEstimate(estimate, subject) {
+    announce("estimate", estimate);
+    this.#onShown();
     // After a lost GPU the engine may run elsewhere.
-    if (this.#subject) this.#hud.showEngine(this.#subject);
+    this.#hud.showEngine(subject);
     const frame = this.#frame;
     if (this.#isPhotograph) this.#hud.showEstimate(estimate, this.#view?.drawMs ?? 0);
     else this.#hud.showAnswer(estimate, frame?.found ?? false, frame?.networkFps ?? 0);

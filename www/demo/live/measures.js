@@ -1,6 +1,7 @@
 // The sheet in words that people understand: "Bent by 38°, 41 cm away".
 
 import { measureSheet } from "deepsft";
+import { part } from "../part.js";
 
 /** @import { SourcedCamera, SurfaceMesh } from "deepsft" */
 /** @typedef {{ distanceMm: number, bendDegrees: number }} Measures */
@@ -19,9 +20,9 @@ const NEWS = { degrees: 12, fraction: 0.15 };
 /**
  * @param {Measures} measures
  * @param {boolean} about whether the camera is only estimated
- * @param {Told} [told]
+ * @param {Told} told
  */
-export function measuresInWords({ distanceMm, bendDegrees }, about, told = { bend: true, distance: true }) {
+export function measuresInWords({ distanceMm, bendDegrees }, about, told) {
   const bend = bendDegrees < FLAT_DEGREES ? "Flat" : `Bent by ${Math.round(bendDegrees)}°`;
   const distance = distanceMm < 995 ? `${Math.round(distanceMm / 10)} cm` : `${(distanceMm / 1000).toFixed(1)} m`;
   const words = [told.bend ? bend : "", told.distance ? `${about ? "about " : ""}${distance} away` : ""].filter(Boolean).join(", ");
@@ -41,24 +42,15 @@ export function isNews(before, now) {
 }
 
 export class MeasuresPanel {
-  #words;
-  #said;
+  #words = part("#measures");
+  /** For a screen reader. */
+  #said = part("#measures-said");
   /** @type {Measures | null} */
   #mean = null;
   /** @type {Measures | null} */
   #read = null;
-  #tookAt = 0;
   #shownAt = -Infinity;
   #readAt = -Infinity;
-
-  /**
-   * @param {HTMLElement} words for the eye
-   * @param {HTMLElement} said for a screen reader
-   */
-  constructor(words, said) {
-    this.#words = words;
-    this.#said = said;
-  }
 
   /**
    * @param {SurfaceMesh | null} mesh
@@ -69,16 +61,15 @@ export class MeasuresPanel {
   show(mesh, camera, atOnce, told) {
     const now = performance.now();
     if (!mesh) return this.hide();
-    const isStill = !atOnce && now - this.#shownAt < STAND_MS;
-    if (isStill) return;
+    if (!atOnce && now - this.#shownAt < STAND_MS) return;
     const seen = measureSheet(mesh);
-    const weight = this.#mean && !atOnce ? 1 - Math.exp((this.#tookAt - now) / CALM_MS) : 1;
+    const weight = this.#mean && !atOnce ? 1 - Math.exp((this.#shownAt - now) / CALM_MS) : 1;
     const { distanceMm, bendDegrees } = this.#mean ?? seen;
     this.#mean = {
       distanceMm: distanceMm + weight * (seen.distanceMm - distanceMm),
       bendDegrees: bendDegrees + weight * (seen.bendDegrees - bendDegrees),
     };
-    [this.#tookAt, this.#shownAt] = [now, now];
+    this.#shownAt = now;
     const words = measuresInWords(this.#mean, camera.source === "estimated", told);
     if (this.#words.textContent !== words) this.#words.textContent = words;
     this.#words.hidden = false;

@@ -2,6 +2,7 @@
 
 import { openCamera } from "deepsft";
 import { rememberedCamera } from "../live/camera-switch.js";
+import { part } from "../part.js";
 import { pictureFrom } from "./read-picture.js";
 
 /** @import { OpenedPicture } from "./read-picture.js" */
@@ -12,24 +13,19 @@ const INSET = 0.12;
 const NAME = "Photographed print";
 
 export class Capture {
-  #root;
-  #video;
-  #guide;
-  #shutter;
+  #root = part("#capture");
+  #video = part("#capture video", HTMLVideoElement);
+  #guide = part("#capture .guide");
+  #shutter = part("#capture .shutter", HTMLButtonElement);
   #leaving = new AbortController();
   /** @type {(picture: OpenedPicture, corners: Corners) => void} */
   onPicture = () => undefined;
   /** @type {(error: unknown) => void} */
   onError = () => undefined;
 
-  /** @param {HTMLElement} root with a video, the guide and the shutter */
-  constructor(root) {
-    this.#root = root;
-    this.#video = /** @type {HTMLVideoElement} */ (root.querySelector("video"));
-    this.#guide = /** @type {HTMLElement} */ (root.querySelector(".guide"));
-    this.#shutter = /** @type {HTMLButtonElement} */ (root.querySelector(".shutter"));
+  constructor() {
     this.#shutter.addEventListener("click", () => void this.#take());
-    new ResizeObserver(() => this.#place()).observe(root);
+    new ResizeObserver(() => this.#place()).observe(this.#root);
   }
 
   async open() {

@@ -1,6 +1,7 @@
 // Dragging a print's four corners in a photograph, by finger, mouse or keyboard.
 
 import { isPrintOutline } from "deepsft";
+import { part } from "../part.js";
 import { canvasOf, contextOf } from "./read-picture.js";
 
 /** @import { PrintCorners } from "deepsft" */
@@ -23,13 +24,13 @@ const KEYS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDo
 /** @typedef {[[number, number], [number, number], [number, number], [number, number]]} Corners */
 
 export class CornerEditor {
-  #stage;
-  #shown;
-  #outline;
-  #shade;
-  #handles;
-  #loupe;
-  #said;
+  #stage = part("#corners");
+  #shown = part("#corners .picture", HTMLCanvasElement);
+  #outline = part("#corners .outline", SVGPathElement);
+  #shade = part("#corners .shade", SVGPathElement);
+  #handles = /** @type {HTMLButtonElement[]} */ ([...this.#stage.querySelectorAll(".corner")]);
+  #loupe = part("#corners .loupe", HTMLCanvasElement);
+  #said = part("#corners .said");
   /** @type {HTMLCanvasElement} */
   #picture = canvasOf(1, 1);
   /** @type {Corners} pixels of the picture */
@@ -39,22 +40,9 @@ export class CornerEditor {
   /** @type {() => void} called whenever a corner has moved */
   onChange = () => undefined;
 
-  /** @param {HTMLElement} stage with a canvas, an svg with two paths, four buttons, the loupe and a live region */
-  constructor(stage) {
-    this.#stage = stage;
-    const part = (/** @type {string} */ selector) => {
-      const found = stage.querySelector(selector);
-      if (!found) throw new Error(`The corner editor has no ${selector}.`);
-      return found;
-    };
-    this.#shown = /** @type {HTMLCanvasElement} */ (part("canvas.picture"));
-    this.#loupe = /** @type {HTMLCanvasElement} */ (part("canvas.loupe"));
-    this.#shade = part("path.shade");
-    this.#outline = part("path.outline");
-    this.#said = part(".said");
-    this.#handles = /** @type {HTMLButtonElement[]} */ ([...stage.querySelectorAll("button.corner")]);
+  constructor() {
     this.#handles.forEach((handle, i) => this.#listen(handle, i));
-    new ResizeObserver(() => this.#place()).observe(stage);
+    new ResizeObserver(() => this.#place()).observe(this.#stage);
   }
 
   /** @returns {PrintCorners} pixels of the picture */
@@ -77,11 +65,6 @@ export class CornerEditor {
     this.#corners = corners;
     this.#place();
     this.onChange();
-  }
-
-  /** Puts the corners back to the picture's own. */
-  reset() {
-    this.show(this.#picture);
   }
 
   /** @param {HTMLCanvasElement} picture the same, turned by a quarter clockwise */

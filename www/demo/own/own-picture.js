@@ -2,12 +2,13 @@
 
 import { DeepSftError } from "deepsft";
 import { PictureError } from "../messages.js";
+import { part } from "../part.js";
 import { Capture } from "./capture.js";
 import { PictureEditor } from "./picture-editor.js";
 import { forgetPicture, keepPicture, lastPicture } from "./picture-store.js";
 import { formatSize } from "./print-size.js";
 import { ScanEditor } from "./scan-editor.js";
-import { canvasOf, contextOf, readPicture } from "./read-picture.js";
+import { MAX_PICTURE_LENGTH, readPicture, shrunk } from "./read-picture.js";
 
 /** @import { Scan } from "deepsft" */
 /** @import { ReadyPicture } from "./picture-editor.js" */
@@ -33,23 +34,21 @@ export function scanAmong(files) {
  * @property {() => void} leave goes back to the start
  * @property {(picture: ReadyPicture, use: "camera" | "image") => void} use looks for it
  * @property {(files: File[]) => Promise<Scan>} readScan reads a scan's files
- * @property {(error: unknown) => void} fail says what is in the way
+ * @property {(error: unknown, again: () => void) => void} fail says what is in the way, and offers what was tried `again`
  */
 
 export class OwnPicture {
   #root;
   #page;
-  #capture;
-  #editor;
-  #scan;
-  #file;
-  #scanFile;
+  #capture = new Capture();
+  #editor = new PictureEditor();
+  #scan = new ScanEditor();
+  #file = part("#picture-file", HTMLInputElement);
+  #scanFile = part("#scan-file", HTMLInputElement);
   /** @type {ReadyPicture | null} the last one */
   #last = null;
   /** Number of the newest picture, so that one that took longer to read does not take its place. */
   #newest = 0;
-  /** @type {() => void} what led to the last error */
-  #again = () => undefined;
 
   /**
    * @param {HTMLElement} root
@@ -58,13 +57,8 @@ export class OwnPicture {
   constructor(root, page) {
     this.#root = root;
     this.#page = page;
-    this.#capture = new Capture(part("#capture"));
-    this.#editor = new PictureEditor(part("#editor"));
-    this.#scan = new ScanEditor(part("#scan"));
-    this.#file = /** @type {HTMLInputElement} */ (part("#picture-file"));
-    this.#scanFile = /** @type {HTMLInputElement} */ (part("#scan-file"));
     this.#capture.onPicture = (picture, corners) => this.#edit(picture, corners);
-    this.#capture.onError = (error) => this.#fail(error, () => this.photograph());
+    this.#capture.onError = (error) => page.fail(error, () => this.photograph());
     for (const editor of [this.#editor, this.#scan]) editor.onReady = (picture, use) => void this.#finish(picture, use);
     for (const leave of root.querySelectorAll(".leave")) leave.addEventListener("click", () => this.#leave());
     part("#choose-picture").addEventListener("click", () => this.choose());
@@ -100,9 +94,7 @@ export class OwnPicture {
   /** Opens the camera for a photograph of the print. */
   photograph() {
     this.#newest++;
-    this.#page.show();
-    this.#editor.close();
-    this.#scan.close();
+    this.#show();
     void this.#capture.open();
   }
 
@@ -113,16 +105,14 @@ export class OwnPicture {
       const picture = await readPicture(file, file.name);
       if (own === this.#newest) this.#edit(picture);
     } catch (error) {
-      if (own === this.#newest) this.#fail(error, () => this.choose());
+      if (own === this.#newest) this.#page.fail(error, () => this.choose());
     }
   }
 
   /** @param {File[]} files of one scan */
   async readScan(files) {
     const own = ++this.#newest;
-    this.#page.show();
-    this.#capture.close();
-    this.#editor.close();
+    this.#show();
     this.#scan.wait(scanAmong(files)?.name ?? files[0].name);
     try {
       const scan = await this.#page.readScan(files);
@@ -130,7 +120,7 @@ export class OwnPicture {
     } catch (error) {
       if (own !== this.#newest) return;
       const isBroken = error instanceof DeepSftError && error.code === "target-unusable";
-      this.#fail(isBroken ? new PictureError("scan-unusable", error.message, { cause: error }) : error, () => this.chooseScan());
+      this.#page.fail(isBroken ? new PictureError("scan-unusable", error.message, { cause: error }) : error, () => this.chooseScan());
     }
   }
 
@@ -138,23 +128,24 @@ export class OwnPicture {
   edit() {
     if (!this.#last) return this.choose();
     const { canvas, name, widthMm, hasSize } = this.#last;
-    this.#page.show();
-    this.#capture.close();
-    this.#scan.close();
+    this.#show();
     this.#editor.open({ canvas, name, transparent: false }, { widthMm, hasSize });
-  }
-
-  /** Does again what went wrong. */
-  retry() {
-    this.#again();
   }
 
   close() {
     this.#newest++;
-    this.#capture.close();
-    this.#editor.close();
-    this.#scan.close();
+    this.#closeAll();
     this.#root.hidden = true;
+  }
+
+  #closeAll() {
+    for (const screen of [this.#capture, this.#editor, this.#scan]) screen.close();
+  }
+
+  /** The page shows the person's own picture, for which one of the screens is opened next. */
+  #show() {
+    this.#page.show();
+    this.#closeAll();
   }
 
   #leave() {
@@ -167,19 +158,8 @@ export class OwnPicture {
    * @param {Corners} [corners] of the print, nearly, in a photograph of it
    */
   #edit(picture, corners) {
-    this.#page.show();
-    this.#capture.close();
-    this.#scan.close();
+    this.#show();
     this.#editor.open(picture, { corners });
-  }
-
-  /**
-   * @param {unknown} error
-   * @param {() => void} again
-   */
-  #fail(error, again) {
-    this.#again = again;
-    this.#page.fail(error);
   }
 
   /**
@@ -201,8 +181,7 @@ export class OwnPicture {
     const kept = await lastPicture();
     const bitmap = kept && (await createImageBitmap(kept.picture).catch(() => null));
     if (!kept || !bitmap) return;
-    const canvas = canvasOf(bitmap.width, bitmap.height);
-    contextOf(canvas).drawImage(bitmap, 0, 0);
+    const canvas = shrunk(bitmap, MAX_PICTURE_LENGTH);
     bitmap.close();
     const { name, widthMm, heightMm, hasSize = true } = kept;
     if (!this.#last) this.#showLast({ canvas, name, widthMm, heightMm, hasSize });
@@ -219,22 +198,9 @@ export class OwnPicture {
   #showLast(picture) {
     this.#last = picture;
     const { canvas, name, widthMm, heightMm, hasSize } = picture;
-    const thumbnail = /** @type {HTMLCanvasElement} */ (part("#last-picture"));
-    const scale = Math.min(1, THUMBNAIL_LENGTH / Math.max(canvas.width, canvas.height));
-    [thumbnail.width, thumbnail.height] = [Math.ceil(canvas.width * scale), Math.ceil(canvas.height * scale)];
-    contextOf(thumbnail).drawImage(canvas, 0, 0, thumbnail.width, thumbnail.height);
+    shrunk(canvas, THUMBNAIL_LENGTH, part("#last-picture", HTMLCanvasElement));
     part("#last-name").textContent = name;
     part("#last-size").textContent = hasSize ? formatSize(widthMm, heightMm) : "Size not known";
     part("#last").hidden = false;
   }
-}
-
-/**
- * @param {string} selector
- * @returns {HTMLElement}
- */
-function part(selector) {
-  const found = document.querySelector(selector);
-  if (!(found instanceof HTMLElement)) throw new Error(`The page has no ${selector}.`);
-  return found;
 }

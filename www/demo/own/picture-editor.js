@@ -1,7 +1,7 @@
 // The person's own picture on its way to the library: its corners, its size in print.
 
 import { estimatedCamera, printAspect, rectifyPicture } from "deepsft";
-import { check } from "../radio-group.js";
+import { part } from "../part.js";
 import { CornerEditor } from "./corner-editor.js";
 import { MIN_MM, MAX_MM, formatLength, isUsableLength, largestOn, layOut, parseLength } from "./print-size.js";
 import { MAX_PICTURE_LENGTH, canvasOf, contextOf, turned } from "./read-picture.js";
@@ -30,12 +30,13 @@ const MADE_UP = "a4";
 const UNIT_KEY = "deepsft/unit";
 
 export class PictureEditor {
-  #root;
-  #corners;
-  #width;
-  #height;
-  #preview;
-  #problem;
+  #root = part("#editor");
+  #corners = new CornerEditor();
+  #width = part("#print-width", HTMLInputElement);
+  #height = part("#print-height", HTMLInputElement);
+  #preview = part("#flat", HTMLCanvasElement);
+  #problem = part("#size-problem");
+  #whole = part("#whole", HTMLButtonElement);
   /** @type {OpenedPicture | null} */
   #picture = null;
   /** @type {ImageData | null} its pixels */
@@ -52,31 +53,22 @@ export class PictureEditor {
   /** @type {(picture: ReadyPicture, use: "camera" | "image") => void} */
   onReady = () => undefined;
 
-  /** @param {HTMLElement} root */
-  constructor(root) {
-    this.#root = root;
-    this.#corners = new CornerEditor(this.#part("#corners", HTMLElement));
+  constructor() {
     this.#corners.onChange = () => this.#follow();
-    this.#width = this.#part("#print-width", HTMLInputElement);
-    this.#height = this.#part("#print-height", HTMLInputElement);
-    this.#preview = this.#part("#flat", HTMLCanvasElement);
-    this.#problem = this.#part("#size-problem", HTMLElement);
-    this.#part("#whole", HTMLButtonElement).addEventListener("click", () => this.#corners.reset());
-    this.#part("#turn", HTMLButtonElement).addEventListener("click", () => this.#turn());
-    this.#part("#usual-sizes", HTMLElement).addEventListener("click", ({ target }) => {
-      const usual = target instanceof Element && target.closest("button")?.dataset.usual;
-      if (usual) this.#choose(/** @type {SizeChoice} */ (usual));
+    this.#whole.addEventListener("click", () => this.#picture && this.#corners.show(this.#picture.canvas));
+    part("#turn").addEventListener("click", () => this.#turn());
+    // Each click, for who chooses their own size again wants to type it. The arrow keys, whose clicks count none, may want to go on.
+    part("#usual-sizes").addEventListener("click", ({ target, detail }) => {
+      if (!(target instanceof HTMLInputElement)) return;
+      this.#choose(/** @type {SizeChoice} */ (target.value));
+      if (target.value === "own" && detail > 0) this.#width.select();
     });
-    this.#part("#units", HTMLElement).addEventListener("click", ({ target }) => {
-      const unit = target instanceof Element && target.closest("button")?.dataset.unit;
-      if (unit) this.#measureIn(/** @type {Unit} */ (unit));
-    });
+    part("#units").addEventListener("change", ({ target }) => target instanceof HTMLInputElement && this.#measureIn(/** @type {Unit} */ (target.value)));
     this.#width.addEventListener("input", () => this.#takeWidth());
     this.#height.addEventListener("input", () => this.#takeHeight());
     for (const input of [this.#width, this.#height])
       input.addEventListener("change", () => this.#showSize());
-    const form = this.#part("#print-size", HTMLFormElement);
-    form.addEventListener("submit", (event) => {
+    part("#print-size").addEventListener("submit", (event) => {
       event.preventDefault();
       const use = event.submitter instanceof HTMLButtonElement && event.submitter.value === "image" ? "image" : "camera";
       this.#finish(use);
@@ -93,14 +85,14 @@ export class PictureEditor {
     this.#picture = picture;
     this.#pixels = pixelsOf(picture.canvas);
     [this.#usual, this.#widthMm, this.#saidAspect] = [hasSize ? null : "unknown", widthMm, Number.NaN];
-    this.#part("#own-name", HTMLElement).textContent = picture.name;
-    this.#part("#transparent", HTMLElement).hidden = !picture.transparent;
+    part("#own-name").textContent = picture.name;
+    part("#transparent").hidden = !picture.transparent;
     this.#root.dataset.photographed = String(corners !== undefined);
     this.#say("");
     this.#corners.show(picture.canvas, corners);
     this.#showSize();
     // Where keyboards and screen readers go on; a field would open a phone's keyboard over the picture.
-    this.#part("#print-size h2", HTMLElement).focus({ preventScroll: true });
+    part("#print-size h2").focus({ preventScroll: true });
   }
 
   close() {
@@ -134,7 +126,6 @@ export class PictureEditor {
     if (usual === "own" || usual === "unknown") this.#saidAspect = Number.NaN;
     this.#applyUsual();
     this.#showSize();
-    if (usual === "own") this.#width.select();
     this.#schedulePreview();
   }
 
@@ -153,14 +144,14 @@ export class PictureEditor {
 
   #takeWidth() {
     this.#widthMm = parseLength(this.#width.value, this.#unit);
-    this.#become("own");
+    this.#becomeOwn();
     if (this.#widthMm > 0) this.#height.value = formatLength(this.#widthMm / this.#aspect, this.#unit);
   }
 
   #takeHeight() {
     const heightMm = parseLength(this.#height.value, this.#unit);
     if (this.#usual === "unknown") this.#widthMm = Number.NaN;
-    this.#become("own");
+    this.#becomeOwn();
     if (!(heightMm > 0)) return;
     if (this.#corners.isWhole || !(this.#widthMm > 0)) {
       this.#widthMm = heightMm * this.#aspect;
@@ -171,9 +162,9 @@ export class PictureEditor {
     }
   }
 
-  /** @param {"own"} usual what the size is once it was typed */
-  #become(usual) {
-    this.#usual = usual;
+  /** What was typed is nobody's usual size. */
+  #becomeOwn() {
+    this.#usual = "own";
     this.#say("");
     this.#check();
   }
@@ -186,13 +177,13 @@ export class PictureEditor {
     } catch {
       // Then it is asked for again next time.
     }
-    check(this.#part("#units", HTMLElement), "unit", unit);
+    check("unit", unit);
     this.#showSize();
   }
 
   /** After a corner has moved. */
   #follow() {
-    this.#part("#whole", HTMLButtonElement).disabled = this.#corners.isWhole;
+    this.#whole.disabled = this.#corners.isWhole;
     this.#applyUsual();
     this.#showSize();
     this.#schedulePreview();
@@ -206,8 +197,8 @@ export class PictureEditor {
   }
 
   #check() {
-    this.#part("#size-unknown", HTMLElement).hidden = this.#usual !== "unknown";
-    check(this.#part("#usual-sizes", HTMLElement), "usual", this.#usual);
+    part("#size-unknown").hidden = this.#usual !== "unknown";
+    check("usual", this.#usual);
   }
 
   /** Draws the flat picture small, once before the screen shows its next frame. */
@@ -264,18 +255,11 @@ export class PictureEditor {
     this.#problem.textContent = problem;
     this.#width.setAttribute("aria-invalid", String(problem !== ""));
   }
+}
 
-  /**
-   * @template {HTMLElement} T
-   * @param {string} selector
-   * @param {new () => T} kind
-   * @returns {T}
-   */
-  #part(selector, kind) {
-    const found = this.#root.querySelector(selector);
-    if (!(found instanceof kind)) throw new Error(`The page has no ${selector}.`);
-    return found;
-  }
+/** @param {string} name of radio buttons @param {string | null} value of the one that is chosen */
+function check(name, value) {
+  for (const radio of document.getElementsByName(name)) if (radio instanceof HTMLInputElement) radio.checked = radio.value === value;
 }
 
 /** @param {HTMLCanvasElement} canvas */

@@ -20,7 +20,6 @@ function open() {
     request.onupgradeneeded = () => request.result.createObjectStore(STORE);
     request.onsuccess = () => resolve(request.result);
     request.onerror = () => reject(request.error);
-    request.onblocked = () => reject(new Error("another tab holds an older database"));
   });
 }
 
@@ -56,12 +55,9 @@ export async function lastPicture() {
   return isWhole ? kept : null;
 }
 
-/**
- * @param {KeptPicture} picture takes the place of the one before
- * @returns {Promise<boolean>} whether it is kept
- */
+/** @param {KeptPicture} picture takes the place of the one before */
 export async function keepPicture(picture) {
-  return (await inStore("readwrite", (store) => store.put(picture, LAST))) !== null;
+  await inStore("readwrite", (store) => store.put(picture, LAST));
 }
 
 export async function forgetPicture() {

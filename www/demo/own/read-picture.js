@@ -24,12 +24,8 @@ const MIN_LENGTH = 64;
  */
 export async function readPicture(file, name) {
   if (file.size === 0) throw new PictureError("image-unreadable", `${name} is an empty file.`);
-  const bitmap = await decoded(file, name);
-  try {
-    return pictureFrom(bitmap, bitmap.width, bitmap.height, name);
-  } finally {
-    if (bitmap instanceof ImageBitmap) bitmap.close();
-  }
+  const image = await decoded(file, name);
+  return pictureFrom(image, image.naturalWidth, image.naturalHeight, name);
 }
 
 /**
@@ -42,10 +38,8 @@ export async function readPicture(file, name) {
 export function pictureFrom(image, width, height, name) {
   if (Math.min(width, height) < MIN_LENGTH)
     throw new PictureError("picture-small", `${name} is ${width} × ${height} pixels.`);
-  const scale = Math.min(1, MAX_LENGTH / Math.max(width, height));
-  const canvas = canvasOf(Math.max(1, Math.round(width * scale)), Math.max(1, Math.round(height * scale)));
+  const canvas = shrunk(image, MAX_LENGTH, canvasOf(1, 1), { width, height });
   const context = contextOf(canvas);
-  context.drawImage(image, 0, 0, canvas.width, canvas.height);
   const { least, most } = opacityOf(canvas);
   if (most === 0) throw new PictureError("picture-empty", `${name} is see-through everywhere.`);
   if (least < 255) {
@@ -77,6 +71,21 @@ export function contextOf(canvas) {
 }
 
 /**
+ * A picture, drawn no larger than it is.
+ *
+ * @param {CanvasImageSource} image
+ * @param {number} longest side, pixels, at most
+ * @param {HTMLCanvasElement} [canvas] that it is drawn on
+ * @param {{ width: number, height: number }} [size] of the image, pixels, where it does not tell
+ */
+export function shrunk(image, longest, canvas = canvasOf(1, 1), { width, height } = /** @type {HTMLCanvasElement | ImageBitmap} */ (image)) {
+  const scale = Math.min(1, longest / Math.max(width, height));
+  [canvas.width, canvas.height] = [width, height].map((side) => Math.max(1, Math.round(side * scale)));
+  contextOf(canvas).drawImage(image, 0, 0, canvas.width, canvas.height);
+  return canvas;
+}
+
+/**
  * The picture, turned by a quarter clockwise.
  *
  * @param {HTMLCanvasElement} canvas
@@ -91,25 +100,12 @@ export function turned(canvas) {
 }
 
 /**
- * @param {Blob} file
- * @param {string} name
- * @returns {Promise<ImageBitmap | HTMLImageElement>}
- */
-async function decoded(file, name) {
-  try {
-    return await createImageBitmap(file);
-  } catch {
-    return drawing(file, name);
-  }
-}
-
-/**
- * What `createImageBitmap` does not take: drawings (SVG).
+ * Unlike `createImageBitmap` this takes drawings (SVG) too.
  *
  * @param {Blob} file
  * @param {string} name
  */
-async function drawing(file, name) {
+async function decoded(file, name) {
   const url = URL.createObjectURL(file);
   try {
     const image = new Image();

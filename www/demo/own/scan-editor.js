@@ -1,7 +1,8 @@
 // A person's own scan on its way to the library: its shape, which turns, its size, and what will work with it.
 
+import { part } from "../part.js";
 import { MIN_MM, MAX_MM, formatLength, isUsableLength, parseLength } from "./print-size.js";
-import { MAX_PICTURE_LENGTH, canvasOf, contextOf } from "./read-picture.js";
+import { MAX_PICTURE_LENGTH, canvasOf, contextOf, shrunk } from "./read-picture.js";
 
 /** @import { Scan } from "deepsft" */
 /** @import { Orbit } from "../graphics/orbit.js" */
@@ -19,10 +20,10 @@ const VOLUME_WORDS =
   "sft.addScan in pages.";
 
 export class ScanEditor {
-  #root;
-  #width;
-  #height;
-  #problem;
+  #root = part("#scan");
+  #width = part("#scan-width", HTMLInputElement);
+  #height = part("#scan-height");
+  #problem = part("#scan-problem");
   /** @type {Orbit | null} */
   #orbit = null;
   /** @type {Scan | null} */
@@ -33,15 +34,10 @@ export class ScanEditor {
   /** @type {(picture: ReadyPicture, use: "camera" | "image") => void} */
   onReady = () => undefined;
 
-  /** @param {HTMLElement} root */
-  constructor(root) {
-    this.#root = root;
-    this.#width = this.#part("#scan-width", HTMLInputElement);
-    this.#height = this.#part("#scan-height", HTMLElement);
-    this.#problem = this.#part("#scan-problem", HTMLElement);
+  constructor() {
     this.#width.addEventListener("input", () => this.#take(parseLength(this.#width.value, "mm")));
     this.#width.addEventListener("change", () => this.#width.value && this.#widthMm > 0 && (this.#width.value = formatLength(this.#widthMm, "mm")));
-    this.#part("form", HTMLFormElement).addEventListener("submit", (event) => {
+    part("#scan form").addEventListener("submit", (event) => {
       event.preventDefault();
       this.#finish(event.submitter instanceof HTMLButtonElement && event.submitter.value === "image" ? "image" : "camera");
     });
@@ -52,9 +48,9 @@ export class ScanEditor {
     this.close();
     this.#root.hidden = false;
     this.#root.dataset.state = "reading";
-    this.#part("#scan-name", HTMLElement).textContent = name;
-    this.#part("#scan-verdict", HTMLElement).textContent = "Reading your scan";
-    this.#part("h2", HTMLElement).focus({ preventScroll: true });
+    part("#scan-name").textContent = name;
+    part("#scan-verdict").textContent = "Reading your scan";
+    part("#scan h2").focus({ preventScroll: true });
   }
 
   /** @param {Scan} scan */
@@ -62,14 +58,14 @@ export class ScanEditor {
     this.#root.hidden = false;
     this.#scan = scan;
     this.#root.dataset.state = scan.sheet ? "sheet" : "volume";
-    this.#part("#scan-name", HTMLElement).textContent = scan.name;
+    part("#scan-name").textContent = scan.name;
     const reason = scan.refusal ? ` ${sentence(scan.refusal)}` : "";
-    this.#part("#scan-verdict", HTMLElement).textContent = scan.sheet ? SHEET_WORDS : `${VOLUME_WORDS}${reason}`;
+    part("#scan-verdict").textContent = scan.sheet ? SHEET_WORDS : `${VOLUME_WORDS}${reason}`;
     this.#sayBox(1);
     if (scan.sheet) {
       this.#take(scan.sheet.widthMm);
       this.#width.value = formatLength(scan.sheet.widthMm, "mm");
-      draw(this.#part("#scan-flat", HTMLCanvasElement), scan.sheet.picture, PREVIEW_LENGTH);
+      shrunk(drawn(scan.sheet.picture), PREVIEW_LENGTH, part("#scan-flat", HTMLCanvasElement));
       const longest = Math.max(scan.sheet.widthMm, scan.sheet.heightMm);
       if (longest < LIKELY_MM[0] || longest > LIKELY_MM[1]) this.#say("Is that right? Some files name no unit, or the wrong one. Measure the sheet.");
     }
@@ -85,17 +81,10 @@ export class ScanEditor {
 
   /** Shows the scan, which turns. @param {Scan} scan */
   async #turn(scan) {
-    const canvas = this.#part("#scan-shape", HTMLCanvasElement);
-    const { Orbit } = await import("../graphics/orbit.js");
+    const { orbitOn } = await import("../graphics/orbit.js");
     if (this.#scan !== scan) return;
-    try {
-      this.#orbit ??= new Orbit(canvas);
-    } catch {
-      // Without WebGL 2 the page does without.
-      canvas.hidden = true;
-      return;
-    }
-    const orbit = this.#orbit;
+    const orbit = (this.#orbit ??= orbitOn(part("#scan-shape", HTMLCanvasElement)));
+    if (!orbit) return;
     const [width, height, depth] = scan.sizeMm;
     orbit.reset();
     orbit.setTemplate({ texture: scan.texture, mesh: scan.mesh, widthMm: Math.hypot(width, depth), heightMm: height });
@@ -118,7 +107,7 @@ export class ScanEditor {
   /** Says how large the scan is as it stands. @param {number} scale by which its size was corrected */
   #sayBox(scale) {
     const sides = this.#scan?.sizeMm.map((side) => formatLength(scale * side, "mm")).join(" × ");
-    this.#part("#scan-box", HTMLElement).textContent = `The scan measures ${sides} mm.`;
+    part("#scan-box").textContent = `The scan measures ${sides} mm.`;
   }
 
   /** @param {"camera" | "image"} use */
@@ -130,8 +119,7 @@ export class ScanEditor {
       this.#say(`How wide is the sheet, laid flat? Sheets of ${MIN_MM} mm to ${MAX_MM / 1000} m a side can be followed.`);
       return this.#width.focus();
     }
-    const canvas = canvasOf(1, 1);
-    draw(canvas, sheet.picture, MAX_PICTURE_LENGTH);
+    const canvas = shrunk(drawn(sheet.picture), MAX_PICTURE_LENGTH);
     this.onReady({ canvas, name, widthMm, heightMm, hasSize: true }, use);
   }
 
@@ -140,18 +128,6 @@ export class ScanEditor {
     this.#problem.textContent = problem;
     this.#width.setAttribute("aria-invalid", String(problem !== ""));
   }
-
-  /**
-   * @template {HTMLElement} T
-   * @param {string} selector
-   * @param {new () => T} kind
-   * @returns {T}
-   */
-  #part(selector, kind) {
-    const found = this.#root.querySelector(selector);
-    if (!(found instanceof kind)) throw new Error(`The page has no ${selector}.`);
-    return found;
-  }
 }
 
 /** @param {string} clause without a capital and a full stop */
@@ -159,15 +135,9 @@ function sentence(clause) {
   return `${clause[0].toUpperCase()}${clause.slice(1)}.`;
 }
 
-/**
- * @param {HTMLCanvasElement} canvas
- * @param {ImageData} picture
- * @param {number} longest side, pixels, at most
- */
-function draw(canvas, picture, longest) {
-  const whole = canvasOf(picture.width, picture.height);
-  contextOf(whole).putImageData(picture, 0, 0);
-  const scale = Math.min(1, longest / Math.max(picture.width, picture.height));
-  [canvas.width, canvas.height] = [picture.width, picture.height].map((side) => Math.max(1, Math.round(scale * side)));
-  contextOf(canvas).drawImage(whole, 0, 0, canvas.width, canvas.height);
+/** @param {ImageData} picture */
+function drawn(picture) {
+  const canvas = canvasOf(picture.width, picture.height);
+  contextOf(canvas).putImageData(picture, 0, 0);
+  return canvas;
 }

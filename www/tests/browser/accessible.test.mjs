@@ -21,7 +21,7 @@ const SCREENS = {
   running: async (page) => {
     await page.click("#use-clip");
     await page.waitForSelector("#measures:not([hidden])");
-    await page.click('#overlays [data-overlay="object"]');
+    await page.click('#overlays [value="object"]');
     if (!(await page.isVisible("#hud"))) await page.click("#hud-toggle");
   },
   own: async (page) => {
@@ -75,13 +75,13 @@ test("a keyboard reaches every control of the running page, and each shows that 
   await page.focus("#use-clip");
   await page.keyboard.press("Enter");
   await page.waitForSelector("#measures:not([hidden])");
-  const wanted = await page.evaluate(() => [...document.querySelectorAll("#live button")].filter((button) => button.checkVisibility() && button.tabIndex === 0).length);
+  const wanted = await page.evaluate(() => [...document.querySelectorAll("#live :is(button, :checked:not(option))")].filter((control) => control.checkVisibility() && control.tabIndex === 0).length);
   const seen = await page.evaluate(() => (globalThis.seen = new Set()).size);
   assert.equal(seen, 0);
   for (let i = 0; i < wanted + 4; i++) {
     await page.keyboard.press("Tab");
     const outline = await page.evaluate(() => {
-      if (!document.activeElement.matches("#live button")) return null;
+      if (!document.activeElement.matches("#live :is(button, :checked)")) return null;
       globalThis.seen.add(document.activeElement);
       return getComputedStyle(document.activeElement).outlineWidth;
     });

@@ -143,22 +143,22 @@ for (const [name, size] of Object.entries({ desktop: DESKTOP, phone: PHONE })) {
       const { page } = demo;
       await page.click("#use-camera");
       await page.waitForSelector('#state[data-state="found"]');
-      const overlayIs = (overlay) => page.waitForSelector(`[data-overlay="${overlay}"][aria-checked="true"]`);
+      const overlayIs = (overlay) => page.waitForSelector(`[value="${overlay}"]:checked`);
       for (const paper of ["aurora", "ink", "squares"]) {
-        await page.click(`[data-paper="${paper}"]`);
-        await page.waitForSelector(`[data-paper="${paper}"][aria-checked="true"]`);
+        await page.click(`[value="${paper}"]`);
+        await page.waitForSelector(`[value="${paper}"]:checked`);
         await page.waitForSelector('#state[data-state="found"]');
         await demo.screenshot(`${name}-overlay-${paper}`);
       }
       for (const overlay of ["depth", "plain"]) {
-        await page.click(`[data-overlay="${overlay}"]`);
+        await page.click(`[value="${overlay}"]`);
         await overlayIs(overlay);
         assert.equal(await page.isVisible("#papers"), false);
         assert.equal(await page.isVisible("#scale"), overlay === "depth");
         await page.waitForSelector('#state[data-state="found"]');
         await demo.screenshot(`${name}-overlay-${overlay}`);
       }
-      await page.click('[data-overlay="depth"]');
+      await page.click('[value="depth"]');
       // They come with the next frame.
       await page.waitForSelector("#scale-ticks span:nth-child(2)");
       const labels = (await page.locator("#scale-ticks span").allTextContents()).map(Number);

@@ -87,7 +87,7 @@ test(
       mimeType: "image/png",
       buffer: greyPng(20_000, 20_000),
     });
-    await demo.page.waitForSelector('#state[data-state="missing"], #message:not([hidden])');
+    await demo.page.waitForSelector('#state[data-state="missing"], #message[open]');
     if (await demo.page.isVisible("#message")) {
       assert.equal((await messageOf(demo.page)).code, "image-unreadable");
     } else {

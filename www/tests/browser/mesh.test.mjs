@@ -160,8 +160,8 @@ for (const [name, device] of Object.entries({ desktop: DESKTOP, phone: PHONE }))
     await page.setInputFiles("#image-file", { name: "frame.png", mimeType: "image/png", buffer: png });
     await page.waitForSelector('#live[data-mesh="true"]');
     for (const overlay of ["object", "shaded", "mesh", "depth", "paper"]) {
-      await page.click(`[data-overlay="${overlay}"]`);
-      await page.waitForSelector(`[data-overlay="${overlay}"][aria-checked="true"]`);
+      await page.click(`[value="${overlay}"]`);
+      await page.waitForSelector(`[value="${overlay}"]:checked`);
       await demo.screenshot(`${name}-image-${overlay}`);
     }
     await demo.finish();

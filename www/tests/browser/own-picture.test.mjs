@@ -93,7 +93,7 @@ for (const [name, device] of Object.entries({ desktop: DESKTOP, phone: PHONE }))
         });
       });
       await page.setInputFiles("#picture-file", file(png));
-      await page.click('[data-usual="postcard"]');
+      await page.click('[value="postcard"]');
       assert.deepEqual([await valueOf(page, "#print-width"), await valueOf(page, "#print-height")], [148, 105]);
       await screenshot(`${name}-own-size`);
       await page.click('#print-size [value="camera"]');
@@ -102,8 +102,8 @@ for (const [name, device] of Object.entries({ desktop: DESKTOP, phone: PHONE }))
       assert.match(await page.textContent("#state-text"), /^Tracked/);
       assert.match(await page.locator("#model").textContent(), /harbour\.png, 148 × 105 mm/);
       for (const overlay of ["paper", "object", "shaded", "mesh", "depth", "plain"]) {
-        await page.click(`[data-overlay="${overlay}"]`);
-        await page.waitForSelector(`[data-overlay="${overlay}"][aria-checked="true"]`);
+        await page.click(`[value="${overlay}"]`);
+        await page.waitForSelector(`[value="${overlay}"]:checked`);
         await screenshot(`${name}-own-${overlay}`);
       }
       const meshes = await page.evaluate(() => globalThis.meshes);
@@ -122,7 +122,7 @@ for (const [name, device] of Object.entries({ desktop: DESKTOP, phone: PHONE }))
 test("a print whose size nobody knows is followed, and no distance is told", { timeout: SLOW_MS }, () =>
   withDemo({ camera: cameraFile }, { device: PHONE, permissions: ["camera"] }, async ({ page, screenshot }) => {
     await page.setInputFiles("#picture-file", file(png));
-    await page.click('[data-usual="unknown"]');
+    await page.click('[value="unknown"]');
     assert.equal(await page.inputValue("#print-width"), "");
     assert.ok(await page.isVisible("#size-unknown"));
     await screenshot("phone-own-size-unknown");
@@ -131,13 +131,13 @@ test("a print whose size nobody knows is followed, and no distance is told", { t
     await page.waitForSelector("#measures:not([hidden])");
     assert.match(await page.textContent("#measures"), /^(Flat|Bent by \d+°)$/);
     assert.match(await page.locator("#model").textContent(), /harbour\.png, size not known/);
-    await page.click('[data-overlay="depth"]');
+    await page.click('[value="depth"]');
     assert.equal(await page.isVisible("#scale"), false);
     // What was typed beside it is a size of its own.
     await page.click("#back");
     assert.equal(await page.textContent("#last-size"), "Size not known");
     await page.click("#last-edit");
-    assert.equal(await page.getAttribute('[data-usual="unknown"]', "aria-checked"), "true");
+    assert.ok(await page.isChecked('[value="unknown"]'));
     await page.fill("#print-height", "105");
     assert.deepEqual([await valueOf(page, "#print-width"), await page.isVisible("#size-unknown")], [148, false]);
   }),
@@ -204,7 +204,7 @@ for (const [name, device] of Object.entries({ desktop: DESKTOP, phone: PHONE }))
         await page.mouse.up();
         assert.equal(await page.isVisible(".loupe"), false);
       }
-      await page.click('[data-usual="postcard"]');
+      await page.click('[value="postcard"]');
       assert.deepEqual([await valueOf(page, "#print-width"), await valueOf(page, "#print-height")], [148, 105]);
       await screenshot(`${name}-own-corners`);
       const flat = await page.evaluate(
@@ -283,7 +283,7 @@ test("a print is photographed with the camera, and its corners are near already"
     assert.equal(await page.isEnabled("#whole"), true);
     // The camera is free again.
     assert.equal(await page.evaluate(() => document.querySelector("#capture video").srcObject), null);
-    await page.click('[data-usual="a5"]');
+    await page.click('[value="a5"]');
     assert.deepEqual([await valueOf(page, "#print-width"), await valueOf(page, "#print-height")], [210, 148]);
     await screenshot("phone-own-photographed");
   }),
@@ -293,7 +293,16 @@ test("the last picture is remembered on the device until it is forgotten", { tim
   withDemo({ camera: cameraFile }, { device: PHONE }, async ({ page, screenshot }) => {
     assert.equal(await page.isVisible("#last"), false);
     await page.setInputFiles("#picture-file", file(png));
-    await page.click('#units [data-unit="cm"]');
+    await page.waitForSelector("#editor:not([hidden])");
+    // The arrow keys go past what they choose; a tap on "Other" goes on to the width.
+    await page.focus('[value="card"]');
+    for (const value of ["own", "unknown"]) {
+      await page.keyboard.press("ArrowRight");
+      assert.equal(await page.evaluate(() => document.activeElement.value), value);
+    }
+    await page.click('[value="own"]');
+    assert.equal(await page.evaluate(() => document.activeElement.id), "print-width");
+    await page.click('#units [value="cm"]');
     await page.fill("#print-width", "12,5");
     await page.click('#print-size [value="camera"]');
     const { code } = await messageOf(page);
@@ -369,7 +378,7 @@ test("a blank picture is refused with what to do about it", { timeout: SLOW_MS }
   withDemo({ camera: cameraFile }, { device: PHONE, permissions: ["camera"] }, async ({ page, screenshot }) => {
     const blank = new Uint8Array(3 * 300 * 200).fill(240);
     await page.setInputFiles("#picture-file", file(encodePng({ width: 300, height: 200, values: blank }), "blank.png"));
-    await page.click('[data-usual="a4"]');
+    await page.click('[value="a4"]');
     await page.click('#print-size [value="camera"]');
     assert.equal((await messageOf(page)).code, "target-unusable");
     assert.deepEqual(await page.locator("#message-remedies button").allTextContents(), [

@@ -57,7 +57,7 @@ test("where the processor draws, each frame is drawn once, in the box of its mes
     // How near the sheet is depends on where in the clip a busy machine has come to.
     assert.ok(drawnBox.width * drawnBox.height < 0.85 * SMALL.viewport.width * SMALL.viewport.height, JSON.stringify(drawnBox));
     assert.equal(written, 0);
-    await page.click('[data-overlay="depth"]');
+    await page.click('[value="depth"]');
     await page.waitForFunction(() => globalThis.written > 1 && document.querySelectorAll("#scale-ticks span").length > 0);
     await demo.finish();
   } finally {

@@ -205,7 +205,7 @@ test("a lost GPU is started again twice, unseen, and then reported", { timeout: 
       });
       const frames = (more) =>
         page.waitForFunction(
-          (wanted) => globalThis.count >= wanted || !document.querySelector("#message").hidden,
+          (wanted) => globalThis.count >= wanted || document.querySelector("#message").open,
           more,
         );
       await page.click("#use-camera");

@@ -188,7 +188,7 @@ for (const [name, device] of Object.entries({ desktop: DESKTOP, phone: PHONE }))
       await page.waitForSelector('#state[data-how="tracked"]');
       await page.waitForFunction(() => globalThis.meshes.length >= 3);
       assert.match(await page.locator("#model").textContent(), /postcard\.obj, 148 × 105 mm/);
-      await page.click('[data-overlay="object"]');
+      await page.click('[value="object"]');
       await page.waitForTimeout(500);
       await screenshot(`${name}-scan-object`);
       const apart = median((await page.evaluate(() => globalThis.meshes)).map((mesh) => meshDistance(mesh, truth).medianPx));

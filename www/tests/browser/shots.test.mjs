@@ -69,7 +69,7 @@ for (const [name, device] of Object.entries(DEVICES)) {
     const picture = decodePng(bytes);
     assert.deepEqual([picture.width, picture.height], [device.viewport.width, device.viewport.height]);
     assert.ok(difference(picture, shown) < 4, `${difference(picture, shown)} grey levels`);
-    await page.click('[data-overlay="plain"]');
+    await page.click('[value="plain"]');
     const plain = decodePng((await downloaded(page, "#shots button:first-child")).bytes);
     assert.ok(difference(picture, plain) > 2, "the overlay is in the picture");
     await demo.finish();

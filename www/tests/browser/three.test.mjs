@@ -267,7 +267,7 @@ test("on the demo page the house stands where the sheet truly is", { timeout: 2 
   const { page } = demo;
   await page.click("#use-camera");
   await page.waitForSelector('#live[data-mesh="true"]');
-  await page.click('#overlays [data-overlay="object"]');
+  await page.click('#overlays [value="object"]');
   // Nothing but the stage is to be seen; what is where stays.
   await page.evaluate(() => {
     for (const element of document.querySelectorAll("#live > :not(#stage)")) element.style.visibility = "hidden";

@@ -251,8 +251,8 @@ for (const [name, device] of Object.entries({ desktop: DESKTOP, phone: PHONE }))
       await page.evaluate(() => (document.querySelector("#video").playbackRate = 0.25));
       await page.waitForSelector('#live[data-mesh="true"]');
       for (const overlay of ["paper", "object", "shaded", "mesh", "depth", "plain"]) {
-        await page.click(`[data-overlay="${overlay}"]`);
-        await page.waitForSelector(`[data-overlay="${overlay}"][aria-checked="true"]`);
+        await page.click(`[value="${overlay}"]`);
+        await page.waitForSelector(`[value="${overlay}"]:checked`);
         await hasDrawn(page);
         await page.waitForSelector('#live[data-mesh="true"]');
         await demo.screenshot(`${name}-track-${overlay}`);
@@ -278,7 +278,7 @@ test("graphics contexts that are taken away and given back are drawn on again", 
     await page.waitForFunction(() => document.querySelector("#video").readyState > 1);
     await page.evaluate(() => (document.querySelector("#video").playbackRate = 0.25));
     await page.waitForSelector('#live[data-mesh="true"]');
-    await page.click('[data-overlay="shaded"]');
+    await page.click('[value="shaded"]');
     await page.evaluate(() => {
       globalThis.lost = ["#stage canvas:last-child", "#orbit"].map((place) =>
         document.querySelector(place).getContext("webgl2").getExtension("WEBGL_lose_context"),
@@ -297,12 +297,12 @@ test("graphics contexts that are taken away and given back are drawn on again", 
     const box = await page.locator("#stage canvas:last-child").boundingBox();
     const middle = { x: box.x + box.width / 2 - 40, y: box.y + box.height / 2 - 40, width: 80, height: 80 };
     const shaded = await page.screenshot({ clip: middle });
-    await page.click('[data-overlay="plain"]');
+    await page.click('[value="plain"]');
     await page.waitForTimeout(300);
     assert.ok(!shaded.equals(await page.screenshot({ clip: middle })), "what is drawn over the picture is back");
-    await page.click('[data-overlay="shaded"]');
+    await page.click('[value="shaded"]');
     await page.evaluate(() => document.querySelector("#video").play());
-    assert.equal(await page.getAttribute('#overlays [data-overlay="shaded"]', "aria-checked"), "true");
+    assert.ok(await page.isChecked('#overlays [value="shaded"]'));
     await page.focus("#orbit");
     await page.keyboard.press("ArrowLeft");
     await hasDrawn(page);

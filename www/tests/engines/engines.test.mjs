@@ -121,7 +121,7 @@ const isMissing = () => document.querySelector("#state").dataset.state === "miss
 
 /** What the card says that tells what is in the way. */
 async function messageOf(page) {
-  await page.until(() => !document.querySelector("#message").hidden);
+  await page.until(() => document.querySelector("#message").open);
   return page.run(() => document.querySelector("#message-code").textContent);
 }
 
@@ -309,7 +309,7 @@ describe("engines", { concurrency: true }, () => {
       await feedCamera(page, printPng);
       await page.choose("#picture-file", print);
       await page.until(() => document.querySelector("#print-size").getBoundingClientRect().width > 0);
-      await page.click('[data-usual="postcard"]');
+      await page.click('[value="postcard"]');
       await page.click('#print-size [value="camera"]');
       await page.until(isFollowed);
       const apart = await distanceTo(page, printTruth, AS_ESTIMATED);

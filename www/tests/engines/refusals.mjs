@@ -159,7 +159,7 @@ export function refusals(obstacles) {
       cause: async (page) => {
         await picture("blank.png")(page);
         await page.until(() => document.querySelector("#print-size").getBoundingClientRect().width > 0);
-        await page.click('[data-usual="postcard"]');
+        await page.click('[value="postcard"]');
         await page.click('#print-size [value="camera"]');
       },
     },

@@ -257,7 +257,7 @@ export async function openDemo(
  * @returns {Promise<{ code: string, title: string, detail: string }>}
  */
 export async function messageOf(page) {
-  await page.waitForSelector("#message:not([hidden])");
+  await page.waitForSelector("#message[open]");
   const text = (selector) => page.locator(selector).textContent();
   return {
     code: await text("#message-code"),

@@ -25,7 +25,7 @@ export async function collectEstimates(page) {
  */
 export async function takeEstimates(page, count, from = 0) {
   await page.waitForFunction(
-    (wanted) => globalThis.estimates.length >= wanted || !document.querySelector("#message").hidden,
+    (wanted) => globalThis.estimates.length >= wanted || document.querySelector("#message").open,
     from + count,
     { timeout: SLOW_MS },
   );

@@ -174,7 +174,7 @@ export class FollowedPage {
 
   /** Waits for the card that says what is in the way. @returns {Promise<string>} its code */
   async message() {
-    await this.page.waitForSelector("#message:not([hidden])");
+    await this.page.waitForSelector("#message[open]");
     return this.page.$eval("#message-code", ({ textContent }) => textContent ?? "");
   }
 

@@ -11,7 +11,7 @@ test("the depth scale covers the sheet with round labels", () => {
   const depth = Float32Array.from({ length: 7000 }, (_, i) => (i % 2 === 0 ? 400 + (i / 7000) * 200 : -1));
   const { near, far } = depthRange(depth);
   assert.ok(Math.abs(near - 404) < 2 && Math.abs(far - 596) < 2, `${near} to ${far}`);
-  assert.deepEqual(depthTicks({ near: 404, far: 596 }), { step: 50, ticks: [450, 500, 550] });
+  assert.deepEqual(depthTicks({ near: 404, far: 596 }, 6), { step: 50, ticks: [450, 500, 550] });
   assert.equal(depthRange(new Float32Array(100).fill(-1)), null);
   const frontal = depthRange(new Float32Array(100).fill(500));
   assert.deepEqual(frontal, { near: 480, far: 520 }, "at least 40 mm, so that noise is not in all the colours");

@@ -62,9 +62,10 @@ test("a place between the vertices lies on the surface, and one beside the pictu
 });
 
 test("the measures in words", () => {
-  assert.equal(measuresInWords({ distanceMm: 412, bendDegrees: 37.6 }, false), "Bent by 38°, 41 cm away");
-  assert.equal(measuresInWords({ distanceMm: 1240, bendDegrees: 3 }, true), "Flat, about 1.2 m away");
-  assert.equal(measuresInWords({ distanceMm: 996, bendDegrees: 90 }, false), "Bent by 90°, 1.0 m away");
+  const both = { bend: true, distance: true };
+  assert.equal(measuresInWords({ distanceMm: 412, bendDegrees: 37.6 }, false, both), "Bent by 38°, 41 cm away");
+  assert.equal(measuresInWords({ distanceMm: 1240, bendDegrees: 3 }, true, both), "Flat, about 1.2 m away");
+  assert.equal(measuresInWords({ distanceMm: 996, bendDegrees: 90 }, false, both), "Bent by 90°, 1.0 m away");
   assert.equal(measuresInWords({ distanceMm: 412, bendDegrees: 37.6 }, true, { bend: false, distance: true }), "About 41 cm away");
   assert.equal(measuresInWords({ distanceMm: 412, bendDegrees: 37.6 }, true, { bend: true, distance: false }), "Bent by 38°");
 });

@@ -37,7 +37,6 @@ const DONE_WITHOUT = {
   ".createPolicy": "of Trusted Types, where a page may require it",
   "Symbol.dispose": "without it the method has a name that nobody calls; close() does the same",
   "Navigator.wakeLock": "called if there; else the screen goes off",
-  ".released": "of a wake lock",
   "Navigator.canShare": "called if there; else the file is a download",
   "Navigator.share": "after canShare",
   ".mozHasAudio": "asked for; else audioTracks, else the bytes of sound that were decoded, else a film may have sound",
