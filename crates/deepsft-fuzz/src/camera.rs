@@ -6,11 +6,15 @@ use deepsft_geometry::glam::DVec3;
 
 pub(crate) fn read(input: &[u8]) -> Result<()> {
     let camera = camera_from_json(input).or_else(|_| camera_from_foreign(input))?;
+    // The last digit of a number may be another.
     let again = camera_from_json(camera_to_json(&camera).as_bytes());
-    assert!(
-        again.is_ok_and(|again| again == camera),
-        "written and read again it is another camera"
-    );
+    let is_same = again.is_ok_and(|again| {
+        again.size() == camera.size()
+            && again
+                .focal()
+                .abs_diff_eq(camera.focal(), 1e-9 * camera.focal().max_element())
+    });
+    assert!(is_same, "written and read again it is another camera");
     if let Some(pixel) = camera.project(DVec3::new(0.1, -0.2, 1.0)) {
         assert!(!pixel.is_nan(), "a ray has no pixel");
     }
