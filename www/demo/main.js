@@ -8,6 +8,7 @@ import { keepAwake } from "./live/keep-awake.js";
 import { ShotButtons } from "./live/shot-buttons.js";
 import { messageFor } from "./messages.js";
 import { workOffline } from "./offline/offline.js";
+import { droppedFiles } from "./own/dropped-files.js";
 import { OwnPicture, scanAmong } from "./own/own-picture.js";
 import { part } from "./part.js";
 import { cameraSource, clipSource } from "./sources.js";
@@ -349,7 +350,7 @@ view.stage.addEventListener("keydown", (event) => {
 addEventListener("dragover", (event) => event.preventDefault());
 addEventListener("drop", (event) => {
   event.preventDefault();
-  takeFiles(event.dataTransfer?.files);
+  void droppedFiles(event.dataTransfer).then(takeFiles);
 });
 addEventListener("paste", ({ clipboardData }) => takeFiles(clipboardData?.files));
 

@@ -100,7 +100,9 @@ fn scan_of(files: &BTreeMap<String, Vec<u8>>) -> Result<(&str, &[u8]), Failure> 
     let refused = |message: &str| Err(Failure::new(Code::TargetUnusable, message));
     match ending(files, &SCANS)[..] {
         [scan] => Ok(scan),
-        [] => refused("There is no scan among these files: one of .glb, .gltf and .obj is expected."),
+        [] => refused(
+            "There is no scan among these files: one of .glb, .gltf and .obj is expected. Unpack a ZIP first; export other kinds as GLB.",
+        ),
         _ => refused("There are several scans among these files: choose one."),
     }
 }

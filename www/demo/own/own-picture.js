@@ -19,11 +19,12 @@ import { MAX_PICTURE_LENGTH, readPicture, shrunk } from "./read-picture.js";
 const THUMBNAIL_LENGTH = 2 * 116;
 const JPEG_QUALITY = 0.95;
 
-const SCAN_NAME = /\.(glb|gltf|obj)$/i;
+/** Scans, and what people take for one: the library says what to do with those. */
+const SCAN_NAMES = [/\.(glb|gltf|obj)$/i, /\.(mtl|ply|stl|usdz?|fbx|dae|3ds|blend|zip)$/i];
 
-/** The file that is a scan, if one of these is. @param {Iterable<File>} files */
+/** The file that is a scan, if one of these is. @param {File[]} files */
 export function scanAmong(files) {
-  return [...files].find(({ name }) => SCAN_NAME.test(name));
+  return SCAN_NAMES.map((kind) => files.find(({ name }) => kind.test(name))).find(Boolean);
 }
 
 /**

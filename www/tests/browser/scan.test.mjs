@@ -1,7 +1,7 @@
 // A person's own scan: read, laid flat, shown on the page, and followed before a camera.
 
 import assert from "node:assert/strict";
-import { mkdtemp, rm, writeFile } from "node:fs/promises";
+import { mkdir, mkdtemp, rm, writeFile } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
@@ -204,6 +204,19 @@ for (const [name, device] of Object.entries({ desktop: DESKTOP, phone: PHONE }))
   );
 }
 
+test("a folder with a scan and its textures may be dropped", { timeout: SLOW_MS }, () =>
+  withDemo({}, { device: DESKTOP }, async ({ page }) => {
+    const scan = join(folder, "scan");
+    await mkdir(join(scan, "maps"), { recursive: true });
+    const [obj, mtl, print] = OBJ;
+    for (const [name, { buffer }] of [[obj.name, obj], [mtl.name, mtl], [join("maps", print.name), print]]) await writeFile(join(scan, name), buffer);
+    const cdp = await page.context().newCDPSession(page);
+    const data = { items: [], files: [scan], dragOperationsMask: 1 };
+    for (const type of ["dragEnter", "dragOver", "drop"]) await cdp.send("Input.dispatchDragEvent", { type, x: 200, y: 200, data });
+    await page.waitForSelector('#scan[data-state="sheet"]');
+  }),
+);
+
 test("what has a volume says what to do instead, and broken files what is wrong with them", { timeout: SLOW_MS }, () =>
   withDemo({}, { device: PHONE }, async ({ page, screenshot }) => {
     // Dropped on the page.
@@ -222,6 +235,7 @@ test("what has a volume says what to do instead, and broken files what is wrong 
     for (const [given, said] of [
       [[file("empty.glb", Buffer.alloc(0))], /empty\.glb cannot be used/],
       [[OBJ[0]], /sheet\.mtl is missing: choose it together with the scan/],
+      [[file("scan.zip", Buffer.from("PK"))], /Unpack a ZIP first/],
     ]) {
       await page.setInputFiles("#scan-file", given);
       const { code, title } = await messageOf(page);

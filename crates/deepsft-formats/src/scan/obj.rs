@@ -30,13 +30,16 @@ fn material_pictures(material_files: &[String], textures: &mut Textures<'_>) -> 
     let mut known = HashSet::new();
     for line in material_files.iter().filter(|line| known.insert(*line)) {
         // A line is one name, with spaces in it, or several.
-        let mut files = Vec::from_iter(textures.file(line).ok().map(|mtl| (line.as_str(), mtl)));
-        if files.is_empty() {
-            let names = line.split_ascii_whitespace();
-            files.extend(names.filter_map(|name| Some((name, textures.file(name).ok()?))));
-        }
-        if files.is_empty() {
-            textures.notes.push(format!("its material file {line:?} is missing"));
+        let mut files = Vec::new();
+        match textures.file(line) {
+            Ok(mtl) => files.push((line.as_str(), mtl)),
+            Err(error) => {
+                let names = line.split_ascii_whitespace();
+                files.extend(names.filter_map(|name| Some((name, textures.file(name).ok()?))));
+                if files.is_empty() {
+                    textures.notes.push(format!("its material file {line:?}: {error}"));
+                }
+            }
         }
         for (file, mtl) in files {
             let folder = file.rfind(['/', '\\']).map_or("", |end| &file[..=end]);

@@ -33,7 +33,7 @@ pub fn read_scan(
             let parts = guarded(|| gltf::parts(bytes, &mut textures));
             (parts.or_else(|error| refused(error.to_string()))??, gltf::MM_PER_UNIT)
         }
-        _ => return refused("it is none of .obj, .glb and .gltf"),
+        _ => return refused("it is none of .obj, .glb and .gltf: unpack a ZIP first, export other kinds as GLB"),
     };
     let notes = textures.notes;
     let mut textures = textures.pictures;

@@ -131,7 +131,10 @@ fn no_path_that_is_absolute_or_climbs_out_is_asked_for() {
             paths.iter().all(|path| Some(path.as_path()) == last.map(Path::new)),
             "{name}: {paths:?}"
         );
-        assert!(notes[0].contains("missing"), "{name}: {notes:?}");
+        assert!(
+            notes[0].contains(&format!("material file {name:?}")),
+            "{name}: {notes:?}"
+        );
     }
     assert_eq!(asked("pictures\\art.png").0[0], Path::new("pictures/art.png"));
     assert_eq!(asked("./art.png").0[0], Path::new("./art.png"));

@@ -5,6 +5,11 @@ use super::pinhole::Camera;
 use crate::error::GeometryError;
 use glam::DVec2;
 
+/// The coefficients in OpenCV's order.
+const NAMES: [&str; 14] = [
+    "k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6", "s1", "s2", "s3", "s4", "tx", "ty",
+];
+
 /// Rays across the image by which a lens is approximated, and how far beyond the image they begin.
 const RAYS: usize = 48;
 const BEYOND: f64 = 1.5;
@@ -37,7 +42,7 @@ impl Camera {
                 return refused("number of distortion coefficients", count as f64, expected);
             }
         }
-        check_finite(["k4 or a later distortion coefficient"; 14], all)?;
+        check_finite(NAMES, all)?;
         let [first @ .., tx, ty] = all;
         if tx != 0.0 || ty != 0.0 {
             return refused(
