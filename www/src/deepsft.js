@@ -1,6 +1,6 @@
 // The estimator as pages use it.
 
-import { fetchBundle } from "./engine/bundle.js";
+import { bundleFiles, fetchBundle } from "./engine/bundle.js";
 import { compileEngine } from "./engine/engine-worker.js";
 import { LastingEngine, closedError } from "./engine/lasting-engine.js";
 import { requireBrowser } from "./engine/requirements.js";
@@ -15,7 +15,7 @@ import { TrackerWorker } from "./tracking/tracker-worker.js";
 
 /** @import { EstimateOptions, FlatPrint, FlattenOptions } from "./frame-requests.js" */
 /** @import { Estimate } from "./results/estimate.js" */
-/** @import { LoadProgress } from "./engine/bundle.js" */
+/** @import { LoadProgress, ModelInput } from "./engine/bundle.js" */
 /** @import { StartPlan } from "./engine/lasting-engine.js" */
 /** @import { ImageInput } from "./frames/image-input.js" */
 /** @import { CameraOption } from "./camera/intrinsics.js" */
@@ -32,6 +32,7 @@ import { TrackerWorker } from "./tracking/tracker-worker.js";
  * @property {(progress: LoadProgress) => void} [onProgress]
  * @property {boolean} [keep] whether this browser keeps the model's files, in its Cache storage by their SHA-256, so that the next visit
  *   asks for `model.json` alone; default true. Where there is no such storage, or no room, they are fetched each time.
+ * @property {HeadersInit} [headers] of the requests for the model's files, as of a server that asks who it is
  * @property {AbortSignal} [signal] stops loading; the promise then rejects with the signal's reason
  * @property {string | URL} [baseUrl] address of a copy of this package's folder `dist`, whose worker and engine are taken, where a bundler does
  *   not find them
@@ -111,16 +112,15 @@ export class DeepSft {
    * Starts the engine, on a model that is fetched, or without one, for pictures alone: these need no training, no network and no
    * GPU.
    *
-   * @param {string | URL | null} [url] folder of the model, relative to the page
+   * @param {ModelInput | null} [model]
    * @param {LoadOptions} [options]
    * @returns {Promise<DeepSft>}
    * @throws {DeepSftError} `browser-unsupported`, `engine-load`, `model-load`, `model-corrupt`, `model-version`, `webgpu-unavailable`,
    *   `gpu-lost`
    */
-  static async load(url, { device = "auto", keep = true, onProgress, signal, baseUrl, timeoutMs } = {}) {
+  static async load(model, { device = "auto", keep = true, headers, onProgress, signal, baseUrl, timeoutMs } = {}) {
     signal?.throwIfAborted();
     requireBrowser();
-    const folder = url === undefined || url === null ? null : folderUrl(url);
     const dist = baseUrl === undefined ? null : folderUrl(baseUrl);
     // Where one download fails the others end with it.
     const downloads = new AbortController();
@@ -130,7 +130,7 @@ export class DeepSft {
     try {
       [module, files] = await Promise.all([
         compileEngine(dist ? new URL(WASM_NAME, dist) : WASM_URL, { onProgress, signal: downloads.signal }),
-        folder && fetchBundle(folder, { onProgress, signal: downloads.signal, keep }),
+        isAddress(model) ? fetchBundle(folderUrl(model), { onProgress, signal: downloads.signal, keep, headers }) : model ? bundleFiles(model) : null,
       ]);
     } catch (error) {
       downloads.abort(error);
@@ -363,6 +363,11 @@ function folderUrl(url) {
   return folder;
 }
 
+/** @param {unknown} input @returns {input is string | URL} */
+function isAddress(input) {
+  return typeof input === "string" || input instanceof URL;
+}
+
 /**
  * The name of an image's file.
  *
@@ -370,7 +375,7 @@ function folderUrl(url) {
  */
 function nameOf(image) {
   if (typeof File !== "undefined" && image instanceof File) return image.name;
-  if (typeof image !== "string" && !(image instanceof URL)) return "picture";
+  if (!isAddress(image)) return "picture";
   return /([^/?#]+)\/?(?:[?#].*)?$/.exec(String(image))?.[1] ?? "picture";
 }
 

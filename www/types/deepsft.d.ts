@@ -4,7 +4,7 @@ import { Target } from "./targets/target.js";
 import { Session } from "./tracking/session.js";
 import type { EstimateOptions, FlatPrint, FlattenOptions } from "./frame-requests.js";
 import type { Estimate } from "./results/estimate.js";
-import type { LoadProgress } from "./engine/bundle.js";
+import type { LoadProgress, ModelInput } from "./engine/bundle.js";
 import type { StartPlan } from "./engine/lasting-engine.js";
 import type { ImageInput } from "./frames/image-input.js";
 import type { CameraOption } from "./camera/intrinsics.js";
@@ -24,6 +24,10 @@ export type LoadOptions = {
      * asks for `model.json` alone; default true. Where there is no such storage, or no room, they are fetched each time.
      */
     keep?: boolean;
+    /**
+     * of the requests for the model's files, as of a server that asks who it is
+     */
+    headers?: HeadersInit;
     /**
      * stops loading; the promise then rejects with the signal's reason
      */
@@ -112,13 +116,13 @@ export declare class DeepSft {
      * Starts the engine, on a model that is fetched, or without one, for pictures alone: these need no training, no network and no
      * GPU.
      *
-     * @param {string | URL | null} [url] folder of the model, relative to the page
+     * @param {ModelInput | null} [model]
      * @param {LoadOptions} [options]
      * @returns {Promise<DeepSft>}
      * @throws {DeepSftError} `browser-unsupported`, `engine-load`, `model-load`, `model-corrupt`, `model-version`, `webgpu-unavailable`,
      *   `gpu-lost`
      */
-    static load(url?: string | URL | null, { device, keep, onProgress, signal, baseUrl, timeoutMs }?: LoadOptions): Promise<DeepSft>;
+    static load(model?: ModelInput | null, { device, keep, headers, onProgress, signal, baseUrl, timeoutMs }?: LoadOptions): Promise<DeepSft>;
     /** What runs the network, and where. Without a model: what looks for pictures. */
     get info(): import("./engine/engine-worker.js").EngineInfo;
     /**

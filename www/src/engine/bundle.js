@@ -18,6 +18,12 @@ const MODEL_FILE = "model.json";
 const SHA256 = /^[0-9a-f]{64}$/;
 
 /**
+ * A model: its folder's address, relative to the page, or its files: as an input for folders gives them, or by their paths in the folder.
+ *
+ * @typedef {string | URL | Iterable<File> | Map<string, Uint8Array>} ModelInput
+ */
+
+/**
  * Fetches a file whole.
  *
  * @param {URL} url
@@ -25,12 +31,13 @@ const SHA256 = /^[0-9a-f]{64}$/;
  * @param {object} [options]
  * @param {(bytes: number) => void} [options.onBytes] called with the length of each chunk
  * @param {RequestCache} [options.cache] how to use what the browser has kept of earlier answers
+ * @param {HeadersInit} [options.headers] of the request
  * @returns {Promise<Uint8Array<ArrayBuffer>>}
  * @throws {DeepSftError} `model-load`
  */
-export async function fetchBytes(url, signal, { onBytes = () => undefined, cache } = {}) {
+export async function fetchBytes(url, signal, { onBytes = () => undefined, ...request } = {}) {
   try {
-    const response = await fetch(url, { signal, cache });
+    const response = await fetch(url, { signal, ...request });
     if (!response.ok)
       throw new DeepSftError("model-load", `${url} could not be fetched: the server answered ${response.status}.`);
     const counter = new TransformStream({
@@ -94,14 +101,15 @@ function listedFiles(manifest, url) {
  * @param {(progress: LoadProgress) => void} [options.onProgress]
  * @param {AbortSignal} [options.signal]
  * @param {boolean} [options.keep] whether to keep the files in this browser, and take what it keeps
+ * @param {HeadersInit} [options.headers] of each request
  * @returns {Promise<Map<string, Uint8Array>>} file name (relative, "/") to content
  * @throws {DeepSftError} `model-load`, `model-corrupt`
  */
-export async function fetchBundle(folder, { onProgress, signal, keep = true } = {}) {
+export async function fetchBundle(folder, { onProgress, signal, keep = true, headers } = {}) {
   // A signed address is signed for each file.
   const addressOf = (/** @type {string} */ name) => Object.assign(new URL(name, folder), { search: folder.search });
   const manifestUrl = addressOf(MODEL_FILE);
-  const manifest = await fetchBytes(manifestUrl, signal, { cache: "no-cache" });
+  const manifest = await fetchBytes(manifestUrl, signal, { cache: "no-cache", headers });
   const listed = listedFiles(manifest, manifestUrl);
   const kept = await KeptFiles.open(folder, keep);
   const totalBytes = [...listed.values()].reduce((sum, { size }) => sum + size, 0);
@@ -115,7 +123,7 @@ export async function fetchBundle(folder, { onProgress, signal, keep = true } = 
     [...listed].map(async ([name, { sha256 }]) => {
       const known = sha256 && (await kept.take(name, sha256));
       if (known) onBytes(known.byteLength);
-      const bytes = known || (await fetchListed(addressOf(name), sha256, signal, onBytes));
+      const bytes = known || (await fetchListed(addressOf(name), sha256, signal, { onBytes, headers }));
       if (!known && sha256) await kept.keep(name, sha256, bytes);
       return /** @type {const} */ ([name, bytes]);
     }),
@@ -130,12 +138,29 @@ export async function fetchBundle(folder, { onProgress, signal, keep = true } = 
  * @param {URL} url
  * @param {string | null} sha256
  * @param {AbortSignal | undefined} signal
- * @param {(bytes: number) => void} onBytes
+ * @param {{ onBytes: (bytes: number) => void, headers?: HeadersInit }} options
  */
-async function fetchListed(url, sha256, signal, onBytes) {
-  const bytes = await fetchBytes(url, signal, { onBytes });
+async function fetchListed(url, sha256, signal, options) {
+  const bytes = await fetchBytes(url, signal, options);
   // Insecure pages cannot compute it; the engine will.
   if (!sha256 || !crypto.subtle || (await hasHash(bytes, sha256))) return bytes;
-  onBytes(-bytes.byteLength);
-  return fetchBytes(url, signal, { onBytes, cache: "reload" });
+  options.onBytes(-bytes.byteLength);
+  return fetchBytes(url, signal, { ...options, cache: "reload" });
+}
+
+/**
+ * The files of a bundle that the page has already, by their paths in its folder.
+ *
+ * @param {Iterable<File> | Map<string, Uint8Array>} input
+ * @returns {Promise<Map<string, Uint8Array>>}
+ * @throws {DeepSftError} `model-load`
+ */
+export async function bundleFiles(input) {
+  const read = async (/** @type {File} */ file) => /** @type {const} */ ([file.webkitRelativePath || file.name, new Uint8Array(await file.arrayBuffer())]);
+  const files = input instanceof Map ? input : new Map(await Promise.all([...input].map(read)));
+  const manifest = [...files.keys()].find((name) => `/${name}`.endsWith(`/${MODEL_FILE}`));
+  if (manifest === undefined) throw new DeepSftError("model-load", `There is no ${MODEL_FILE} among the files of the model.`);
+  // An input for folders gives the folder's name too.
+  const folder = manifest.slice(0, -MODEL_FILE.length);
+  return new Map([...files].filter(([name]) => name.startsWith(folder)).map(([name, bytes]) => [name.slice(folder.length), bytes]));
 }

@@ -18,6 +18,7 @@ import { SoundButton } from "./sound-button.js";
 /** @import { CameraOption } from "../camera/intrinsics.js" */
 /** @import { Facing } from "../camera/request.js" */
 /** @import { LoadOptions, PictureOptions } from "../deepsft.js" */
+/** @import { ModelInput } from "../engine/bundle.js" */
 /** @import { FlatPrint, FlattenOptions } from "../frame-requests.js" */
 /** @import { ImageInput } from "../frames/image-input.js" */
 /** @import { Estimate } from "../results/estimate.js" */
@@ -34,7 +35,7 @@ import { SoundButton } from "./sound-button.js";
  * @property {number} [heightMm] its height
  * @property {number} [aroundMm] diameter of the tin, bottle or tube that it goes around
  * @property {string} [name] of it, for people
- * @property {string | URL | null} [model] folder of a trained model, whose target is looked for too
+ * @property {ModelInput | null} [model] a trained model, whose target is looked for too
  * @property {DeepSft} [sft] an engine of the page's own, which is not closed with the scene; its targets are looked for
  * @property {Target[]} [targets] those of them that are looked for, default all
  * @property {FrameSource} [source] what is shown in place of a camera: a video that plays, an open camera, or frames of one's own

@@ -54,6 +54,33 @@ test("loading reports its progress to the last byte and says what runs where", a
   assert.ok(info.parameters > 1e5 && info.parameters <= 4e6);
 });
 
+test("a model may be files of the page's own, and its server may ask for a header", { timeout: SLOW_MS }, async () => {
+  let shown = 0;
+  demo.page.on("request", (request) => (shown += Number(request.headers().authorization === "Bearer me")));
+  const seen = await demo.page.evaluate(async () => {
+    const { deepsft, codeOf } = globalThis;
+    const folder = "models/poster-a4/";
+    const { files: listed } = await (await fetch(`${folder}model.json`)).json();
+    const files = new Map();
+    for (const name of ["model.json", ...Object.keys(listed)]) files.set(name, new Uint8Array(await (await fetch(folder + name)).arrayBuffer()));
+    const nameOf = async (model, options) => {
+      const sft = await deepsft.DeepSft.load(model, { device: "cpu", ...options });
+      const { modelName } = sft.info;
+      sft.close();
+      return modelName;
+    };
+    // As an input for folders gives them.
+    const chosen = [...files].map(([name, bytes]) => Object.defineProperty(new File([bytes], name.split("/").at(-1)), "webkitRelativePath", { value: `my-model/${name}` }));
+    return {
+      names: [await nameOf(files), await nameOf(chosen), await nameOf(folder, { keep: false, headers: { authorization: "Bearer me" } })],
+      without: await codeOf(deepsft.DeepSft.load(new Map([...files].slice(1)))),
+      files: files.size,
+      broken: await codeOf(deepsft.DeepSft.load(new Map([...files].slice(0, 1)))),
+    };
+  });
+  assert.deepEqual(seen, { names: Array(3).fill("poster-a4"), without: "model-load", files: shown, broken: "model-corrupt" });
+});
+
 test("every kind of image is accepted and gives maps of 480 x 270", { timeout: SLOW_MS }, async () => {
   const kinds = await demo.page.evaluate(async () => {
     const { sft, picture } = globalThis;

@@ -3,6 +3,12 @@ export type LoadProgress = {
     loadedBytes: number;
     totalBytes: number | null;
 };
+export type ModelInput = string | URL | Iterable<File> | Map<string, Uint8Array>;
+/**
+ * A model: its folder's address, relative to the page, or its files: as an input for folders gives them, or by their paths in the folder.
+ *
+ * @typedef {string | URL | Iterable<File> | Map<string, Uint8Array>} ModelInput
+ */
 /**
  * Fetches a file whole.
  *
@@ -11,12 +17,14 @@ export type LoadProgress = {
  * @param {object} [options]
  * @param {(bytes: number) => void} [options.onBytes] called with the length of each chunk
  * @param {RequestCache} [options.cache] how to use what the browser has kept of earlier answers
+ * @param {HeadersInit} [options.headers] of the request
  * @returns {Promise<Uint8Array<ArrayBuffer>>}
  * @throws {DeepSftError} `model-load`
  */
-export declare function fetchBytes(url: URL, signal: AbortSignal | undefined, { onBytes, cache }?: {
+export declare function fetchBytes(url: URL, signal: AbortSignal | undefined, { onBytes, ...request }?: {
     onBytes?: (bytes: number) => void;
     cache?: RequestCache;
+    headers?: HeadersInit;
 }): Promise<Uint8Array<ArrayBuffer>>;
 /**
  * Fetches a bundle. `model.json` is asked for each time, so that a bundle that has changed is noticed; the files that it lists are
@@ -27,11 +35,21 @@ export declare function fetchBytes(url: URL, signal: AbortSignal | undefined, { 
  * @param {(progress: LoadProgress) => void} [options.onProgress]
  * @param {AbortSignal} [options.signal]
  * @param {boolean} [options.keep] whether to keep the files in this browser, and take what it keeps
+ * @param {HeadersInit} [options.headers] of each request
  * @returns {Promise<Map<string, Uint8Array>>} file name (relative, "/") to content
  * @throws {DeepSftError} `model-load`, `model-corrupt`
  */
-export declare function fetchBundle(folder: URL, { onProgress, signal, keep }?: {
+export declare function fetchBundle(folder: URL, { onProgress, signal, keep, headers }?: {
     onProgress?: (progress: LoadProgress) => void;
     signal?: AbortSignal;
     keep?: boolean;
+    headers?: HeadersInit;
 }): Promise<Map<string, Uint8Array>>;
+/**
+ * The files of a bundle that the page has already, by their paths in its folder.
+ *
+ * @param {Iterable<File> | Map<string, Uint8Array>} input
+ * @returns {Promise<Map<string, Uint8Array>>}
+ * @throws {DeepSftError} `model-load`
+ */
+export declare function bundleFiles(input: Iterable<File> | Map<string, Uint8Array>): Promise<Map<string, Uint8Array>>;

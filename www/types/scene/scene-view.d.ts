@@ -9,6 +9,7 @@ import { SceneSheet } from "./scene-sheet.js";
 import type { CameraOption } from "../camera/intrinsics.js";
 import type { Facing } from "../camera/request.js";
 import type { LoadOptions, PictureOptions } from "../deepsft.js";
+import type { ModelInput } from "../engine/bundle.js";
 import type { ImageInput } from "../frames/image-input.js";
 import type { Estimate } from "../results/estimate.js";
 import type { Target } from "../targets/target.js";
@@ -38,9 +39,9 @@ export type SceneOptions = {
      */
     name?: string;
     /**
-     * folder of a trained model, whose target is looked for too
+     * a trained model, whose target is looked for too
      */
-    model?: string | URL | null;
+    model?: ModelInput | null;
     /**
      * an engine of the page's own, which is not closed with the scene; its targets are looked for
      */
