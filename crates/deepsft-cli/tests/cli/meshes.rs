@@ -263,8 +263,18 @@ fn what_is_wrong_with_a_scan_is_told_with_its_file() {
     assert!(!folder.join("out").exists());
     // One texture for both materials: the lids lie over the side.
     import(&["barrel.obj", "--texture", "pictures/side.png"]).fails(3, &["barrel.obj", "more than one part"]);
-    // What can be mended or left out is, with a word.
+    // What can be mended or left out is, with a word; so is a texture of another disk, in other letters.
     write_barrel(folder);
+    let mtl = fs::read_to_string(folder.join("barrel.mtl")).unwrap();
+    assert!(mtl.contains("pictures/side.png"));
+    fs::copy(folder.join("pictures/side.png"), folder.join("side.png")).unwrap();
+    fs::write(
+        folder.join("barrel.mtl"),
+        mtl.replace("pictures/side.png", "C:\\me\\Side.PNG"),
+    )
+    .unwrap();
+    let run = import(&["barrel.obj"]);
+    assert!(run.succeeds().stderr.contains("beside it was taken"), "{}", run.stderr);
     for (from, to, note) in [
         ("usemtl side\n", "", "what has no texture was left out"),
         ("v 3 0 0\n", "v NaN 0 0\n", "no finite numbers"),

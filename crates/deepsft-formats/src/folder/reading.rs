@@ -75,7 +75,10 @@ pub fn pictures_in(folder: &Path, what: &'static str) -> Result<Vec<PathBuf>, Fo
 pub fn read_scan_file(path: &Path, texture: Option<&Path>) -> Result<Scan, FormatError> {
     let picture = |path| decode_picture(&read_bounded(path)?).map_err(|error| FormatError::unreadable(path, error));
     let texture = texture.map(picture).transpose()?;
-    let folder = path.parent().unwrap_or(Path::new("."));
+    let folder = path
+        .parent()
+        .filter(|folder| *folder != Path::new(""))
+        .unwrap_or(Path::new("."));
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     read_scan(&name, &read_bounded(path)?, texture, &|beside| {
         let path = folder.join(beside);
