@@ -91,10 +91,6 @@ pub(crate) fn seeds() -> Result<Vec<Vec<u8>>> {
         Ok(file.into_inner())
     };
     Ok(vec![
-        other(ImageFormat::WebP)?,
-        other(ImageFormat::Bmp)?,
-        other(ImageFormat::Tiff)?,
-        other(ImageFormat::Gif)?,
         encode_png(&picture)?,
         encode_jpeg(&picture, 90)?,
         jpeg,
@@ -107,5 +103,9 @@ pub(crate) fn seeds() -> Result<Vec<Vec<u8>>> {
         // Palettes that end within a colour, on which a decoder panicked once.
         palette(4, &[]),
         palette(5, &[]),
+        other(ImageFormat::WebP)?,
+        other(ImageFormat::Bmp)?,
+        other(ImageFormat::Tiff)?,
+        other(ImageFormat::Gif)?,
     ])
 }

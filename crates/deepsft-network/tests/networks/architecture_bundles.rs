@@ -65,7 +65,16 @@ fn every_architecture_comes_back_and_says_the_same_but_for_its_rounding() {
         narrow_paper(),
         narrow_r50f(),
     ] {
-        let original = bundle(architecture);
+        let said = |bundle: &ModelBundle| {
+            let network = Network::from_folded(bundle.network(), &device).unwrap();
+            network.forward_maps(images.clone()).registration
+        };
+        // Of narrow networks some are drawn that say nothing.
+        let drawn = (0..20).map(|_| bundle(architecture.clone()));
+        let mut said_by = drawn.map(|bundle| (said(&bundle), bundle));
+        let (before, original) = said_by
+            .find(|(said, _)| said.clone().abs().max().into_scalar::<f32>() > 0.0)
+            .unwrap();
         let files = original.to_files().unwrap();
         let read = ModelBundle::from_files(&files).unwrap();
         assert_eq!(read.network().config, original.network().config);
@@ -78,11 +87,7 @@ fn every_architecture_comes_back_and_says_the_same_but_for_its_rounding() {
         let (arrays, bytes) = (original.network().weights.len(), files[WEIGHTS_FILE].len());
         let most = parameters + parameters / 4 + 2048 * arrays;
         assert!((parameters..most).contains(&bytes), "{parameters} {bytes}");
-        let said = |bundle: &ModelBundle| {
-            let network = Network::from_folded(bundle.network(), &device).unwrap();
-            network.forward_maps(images.clone()).registration
-        };
-        let (before, after) = (said(&original), said(&read));
+        let after = said(&read);
         let size = before.clone().abs().max().into_scalar::<f32>();
         let off = (before - after).abs().mean().into_scalar::<f32>();
         // A filter's weights move by up to 2^-8 of its largest one; layers add up. The mean, since in an untrained compact
