@@ -266,13 +266,10 @@ fn what_is_wrong_with_a_scan_is_told_with_its_file() {
     // What can be mended or left out is, with a word; so is a texture of another disk, in other letters.
     write_barrel(folder);
     let mtl = fs::read_to_string(folder.join("barrel.mtl")).unwrap();
-    assert!(mtl.contains("pictures/side.png"));
+    assert!(mtl.contains("pictures\\side.png"));
     fs::copy(folder.join("pictures/side.png"), folder.join("side.png")).unwrap();
-    fs::write(
-        folder.join("barrel.mtl"),
-        mtl.replace("pictures/side.png", "C:\\me\\Side.PNG"),
-    )
-    .unwrap();
+    let mtl = mtl.replace("pictures\\side.png", "C:\\me\\Side.PNG");
+    fs::write(folder.join("barrel.mtl"), mtl).unwrap();
     let run = import(&["barrel.obj"]);
     assert!(run.succeeds().stderr.contains("beside it was taken"), "{}", run.stderr);
     for (from, to, note) in [
