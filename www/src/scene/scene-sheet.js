@@ -56,6 +56,8 @@ export class SceneSheet extends Sheet {
     this.#close();
     this.#print = print;
     this.map = print?.texture ?? null;
+    // It is let begin, and pauses then, also where no frame has come yet.
+    this.video?.addEventListener("timeupdate", () => this.playFilm(), { signal });
     this.playFilm();
   }
 
