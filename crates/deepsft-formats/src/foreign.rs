@@ -1,9 +1,7 @@
 //! The border to the decoders of others, which foreign bytes may bring to panic.
 
-use std::io::{Cursor, Error, Result};
+use std::io::{Error, Result};
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use zune_jpeg::JpegDecoder;
-use zune_jpeg::zune_core::options::DecoderOptions;
 
 const PNG_SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
 
@@ -37,14 +35,16 @@ pub(crate) fn check_png(bytes: &[u8]) -> Result<()> {
 
 /// Refuses a JPEG file that was cut within its pixels: the decoder of the crate `image` fills what is missing with grey. A whole image that
 /// lacks its end marker alone, as of some web cameras, passes.
+#[cfg(feature = "pictures")]
 pub(crate) fn check_jpeg_end(bytes: &[u8]) -> Result<()> {
+    use zune_jpeg::{JpegDecoder, zune_core::options::DecoderOptions};
     let [start, scan, end] = [0xd8, 0xda, 0xd9].map(|marker| [0xff, marker]);
     let last = |marker: [u8; 2]| bytes.windows(2).rposition(|pair| pair == marker);
     if !bytes.starts_with(&start) || last(end) > last(scan) {
         return Ok(());
     }
     let options = DecoderOptions::new_fast().set_strict_mode(true);
-    let decoded = JpegDecoder::new_with_options(Cursor::new(bytes), options).decode();
+    let decoded = JpegDecoder::new_with_options(std::io::Cursor::new(bytes), options).decode();
     decoded
         .map(drop)
         .map_err(|_| Error::other("it was cut short: its last rows are missing"))

@@ -1,7 +1,7 @@
 //! Picture files to pictures, and back to PNG and JPEG.
 
 use crate::error::FormatError;
-use crate::foreign::{check_jpeg_end, check_png, guarded};
+use crate::foreign::{check_png, guarded};
 use deepsft_geometry::{ImageSize, Picture, check_size};
 use image::codecs::jpeg::JpegEncoder;
 use image::codecs::png::PngEncoder;
@@ -128,7 +128,8 @@ fn decode_unguarded(bytes: &[u8], expected: Option<ImageSize>) -> Result<(Dynami
         )));
     }
     let orientation = decoder.orientation().map_err(FormatError::picture)?;
-    check_jpeg_end(bytes).map_err(FormatError::picture)?;
+    #[cfg(feature = "pictures")]
+    crate::foreign::check_jpeg_end(bytes).map_err(FormatError::picture)?;
     let decoded = DynamicImage::from_decoder(decoder).map_err(FormatError::picture)?;
     Ok((decoded, orientation))
 }
