@@ -20,6 +20,8 @@ import { closeFrame, readImage, transferableFrame } from "../frames/image-input.
  * @typedef {{ texture: Texture, film: HTMLVideoElement | null, isLive: boolean, close: () => void }} Print
  */
 
+/** After so long without a picture a film is asked to play, milliseconds. */
+const PATIENCE_MS = 4000;
 const FILM = /\.(mp4|m4v|mov|webm|ogv)([?#]|$)/i;
 /** Sharp also where the sheet is seen at a slant; dear where the processor draws. */
 const ANISOTROPY = 8;
@@ -73,7 +75,7 @@ function canvasPrint(canvas, isLive) {
 async function openFilm(input, place, signal) {
   let whole = input instanceof Blob ? URL.createObjectURL(input) : null;
   const film = document.createElement("video");
-  Object.assign(film, { src: whole ?? input, crossOrigin: "anonymous", muted: true, loop: true, tabIndex: -1 });
+  Object.assign(film, { src: whole ?? input, crossOrigin: "anonymous", muted: true, loop: true, preload: "auto", tabIndex: -1 });
   film.playsInline = true;
   film.setAttribute("aria-hidden", "true");
   hide(film);
@@ -84,8 +86,12 @@ async function openFilm(input, place, signal) {
     film.load();
     if (whole) URL.revokeObjectURL(whole);
   };
-  // Some browsers fetch nothing before it is to play. Where it may not play by itself it does so when the print is found, or tapped.
-  const play = () => film.play().catch(() => undefined);
+  // iPhones fetch nothing before it is to play. Others are not asked to: WebKit on Linux may play on in secret what is paused as it begins.
+  const begin = () => {
+    if (film.readyState < HTMLMediaElement.HAVE_CURRENT_DATA) film.play().catch(() => undefined);
+  };
+  film.addEventListener("suspend", begin, { once: true });
+  const waiting = setTimeout(begin, PATIENCE_MS);
   const fetchWhole = async () => {
     if (whole) throw film.error;
     const answer = await fetch(/** @type {string} */ (input));
@@ -93,19 +99,20 @@ async function openFilm(input, place, signal) {
     const blob = await answer.blob();
     if (!film.isConnected) return;
     film.src = whole = URL.createObjectURL(blob);
-    void play();
+    film.load();
   };
   try {
     const first = new Promise((resolve, reject) => {
       film.addEventListener("loadeddata", resolve, { once: true });
       film.addEventListener("error", () => fetchWhole().catch(reject));
     });
-    void play();
     await unlessAborted(first, signal);
   } catch (cause) {
     close();
     signal.throwIfAborted();
     throw new DeepSftError("image-unreadable", `The film ${input} could not be played: it is not there, or of a kind this browser does not know.`, { cause });
+  } finally {
+    clearTimeout(waiting);
   }
   return filmPrint(film, close);
 }
