@@ -58,13 +58,13 @@ fn camera_for(image: &Picture, quarters: usize, camera: &Camera) -> Result<(Came
     // round but for a quarter was held upright by a phone that does not tell.
     for quarters in [quarters, 0, 1] {
         let camera = turned(quarters);
-        let (size, source) = (camera.size(), if quarters == 0 { "file" } else { "file, turned" });
-        if image.size() == size {
-            return Ok((camera, source));
-        }
-        let expected_height = image.width() as f64 * size.height as f64 / size.width as f64;
+        let expected_height = image.width() as f64 * camera.size().height as f64 / camera.size().width as f64;
         if (expected_height - image.height() as f64).abs() <= ROUNDING_PX {
-            let source = if quarters == 0 { "file, resized" } else { source };
+            let source = match (quarters, image.size() == camera.size()) {
+                (0, true) => "file",
+                (0, false) => "file, resized",
+                _ => "file, turned",
+            };
             return Ok((camera.resized(image.size())?, source));
         }
     }

@@ -115,16 +115,13 @@ struct Ffmpeg {
 
 impl Ffmpeg {
     fn start(path: &Path) -> Result<Self> {
-        // With the protocol before it, no file name is taken for an option or an address.
-        let mut source = OsString::from("file:");
-        source.push(path);
         let mut command = Command::new("ffmpeg");
         // Ctrl-C is for us: ffmpeg ends when nobody reads it any more.
         #[cfg(unix)]
         std::os::unix::process::CommandExt::process_group(&mut command, 0);
         let started = command
             .args(["-nostdin", "-v", "error", "-progress", "pipe:2", "-i"])
-            .arg(source)
+            .arg(address(path))
             .args(["-map", "0:v:0", "-vf", "scale=out_color_matrix=bt601:out_range=tv"])
             .args(["-pix_fmt", "yuv444p", "-f", "yuv4mpegpipe", "-"])
             .stdin(Stdio::null())
@@ -198,6 +195,13 @@ impl Read for Ffmpeg {
     }
 }
 
+/// A file's name as ffmpeg takes it: with the protocol before it, none is taken for an option or an address.
+fn address(path: &Path) -> OsString {
+    let mut address = OsString::from("file:");
+    address.push(path);
+    address
+}
+
 /// Whether a line is one of ffmpeg's report of its progress, as `frame=60`.
 fn is_progress(line: &str) -> bool {
     let is_name = |name: &str| {
@@ -211,8 +215,6 @@ fn is_progress(line: &str) -> bool {
 
 /// How many frames a video's file says that it has. `None` where ffprobe does not tell.
 fn announced_frames(path: &Path) -> Option<u64> {
-    let mut source = OsString::from("file:");
-    source.push(path);
     let told = Command::new("ffprobe")
         .args([
             "-v",
@@ -223,7 +225,7 @@ fn announced_frames(path: &Path) -> Option<u64> {
             "stream=nb_frames",
         ])
         .args(["-of", "csv=p=0"])
-        .arg(source)
+        .arg(address(path))
         .output();
     String::from_utf8_lossy(&told.ok()?.stdout)
         .trim()

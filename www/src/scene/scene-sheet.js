@@ -7,9 +7,6 @@ import { printOf } from "./print.js";
 /** @import { Target } from "../targets/target.js" */
 /** @import { Print, PrintInput } from "./print.js" */
 
-/** WebKit on Linux plays on in secret, to its end, what is paused while it begins: it is let begin, seconds. */
-const BEGUN_S = 0.1;
-
 /** A tracked print in a scene. {@link Sheet} of `deepsft/three` has anchors and the light. */
 export class SceneSheet extends Sheet {
   #place;
@@ -56,8 +53,6 @@ export class SceneSheet extends Sheet {
     this.#close();
     this.#print = print;
     this.map = print?.texture ?? null;
-    // It is let begin, and pauses then, also where no frame has come yet.
-    this.video?.addEventListener("timeupdate", () => this.playFilm(), { signal });
     this.playFilm();
   }
 
@@ -81,9 +76,7 @@ export class SceneSheet extends Sheet {
   playFilm() {
     const film = this.video;
     if (!film) return;
-    if (!this.visible) {
-      if (film.currentTime > BEGUN_S) film.pause();
-    }
+    if (!this.visible) film.pause();
     // Where it may not yet, a tap on the scene plays it.
     else if (film.paused) film.play().catch(() => undefined);
   }

@@ -176,6 +176,27 @@ fn odd_photographs_among_those_of_a_board_are_named_and_left_out() {
     fs::write(mixed.join("cut.png"), &screenshot[..60]).unwrap();
     fs::write(mixed.join("phone.HEIC"), b"ftypheic").unwrap();
     calibrated(folder.path(), &["--charuco", "9x6", "mixed"], 0.4);
+    // A video that breaks off is used as far as it goes.
+    let mut video = b"YUV4MPEG2 W960 H720 F25:1 Cmono XCOLORRANGE=FULL\n".to_vec();
+    for pose in &POSES[..5] {
+        let view = photograph(&camera(), &shrunk(&board, 3), DVec2::new(297.0, 210.0), *pose);
+        let grey: Vec<u8> = view
+            .rgb()
+            .as_chunks::<3>()
+            .0
+            .iter()
+            .map(|[_, green, _]| *green)
+            .collect();
+        (0..10).for_each(|_| video.extend([b"FRAME\n".as_slice(), &grey].concat()));
+    }
+    fs::write(folder.path().join("cut.y4m"), &video[..video.len() - 9]).unwrap();
+    let arguments = ["camera", "calibrate", "--out", "c.json", "--charuco", "9x6", "cut.y4m"];
+    let run = deepsft(folder.path(), &arguments);
+    assert!(
+        run.succeeds().stderr.contains("the first 49 frames are used"),
+        "{}",
+        run.stderr
+    );
     let again = deepsft(
         folder.path(),
         &["camera", "calibrate", "--out", "b.json", "--charuco", "9x6", "mixed"],

@@ -16,3 +16,4 @@ mod meshes;
 mod recordings;
 mod synthesis;
 mod tracking;
+mod videos;

@@ -1,6 +1,6 @@
 //! Clips and tracking.
 
-use crate::common::{Run, deepsft, deepsft_with_path, template, write_bundle, write_files, write_template};
+use crate::common::{Run, deepsft, template, write_bundle, write_files, write_template};
 use deepsft::encode_png;
 use deepsft_geometry::Picture;
 use serde_json::Value;
@@ -10,14 +10,14 @@ use std::process::{Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-const FAILED: i32 = 1;
+pub const FAILED: i32 = 1;
 const USAGE: i32 = 2;
-const INVALID_INPUT: i32 = 3;
+pub const INVALID_INPUT: i32 = 3;
 
 /// How long a command may take to its first frames.
 const PATIENCE: Duration = Duration::from_secs(120);
 
-fn json(path: &Path) -> Value {
+pub fn json(path: &Path) -> Value {
     serde_json::from_slice(&fs::read(path).unwrap()).unwrap()
 }
 
@@ -47,7 +47,7 @@ fn write_frame(folder: &Path, name: &str, width: usize) {
 
 /// Writes a `.y4m` stream of `frames` grey frames of 64 x 36 pixels: noise, in which no image confirms a print. (In stripes a
 /// network without training found the template once in a while.)
-fn write_stream(path: &Path, frames: usize) {
+pub fn write_stream(path: &Path, frames: usize) {
     let mut stream = b"YUV4MPEG2 W64 H36 F25:1 Cmono\n".to_vec();
     let mut noise = 1_u64;
     for _ in 0..frames {
@@ -313,7 +313,7 @@ fn ended_early(folder: &Path, frames: usize, parts: &[&str]) {
 }
 
 /// The same of the track `name`.
-fn ended_early_in(folder: &Path, name: &str, frames: usize, parts: &[&str]) {
+pub fn ended_early_in(folder: &Path, name: &str, frames: usize, parts: &[&str]) {
     let track = folder.join(name);
     let report = json(&track.join("track.json"));
     let reason = report["ended_early"].as_str().unwrap();
@@ -443,66 +443,6 @@ fn a_clip_of_another_template_is_refused() {
     write_template(folder.path(), "template");
     clip(folder.path(), &["--template", "template", "--frames", "1"], "clip");
     track(folder.path(), &shipped_model(), &["clip"]).fails(INVALID_INPUT, &["clip", "200 x 150 mm", "297"]);
-}
-
-#[test]
-fn a_video_needs_ffmpeg_and_the_refusal_says_so() {
-    let folder = tempfile::tempdir().unwrap();
-    write_bundle(folder.path(), "model");
-    fs::write(folder.path().join("video.mp4"), "not decoded by us").unwrap();
-    fs::create_dir(folder.path().join("bin")).unwrap();
-    let arguments = ["track", "--model", "model", "--out", "track", "video.mp4"];
-    deepsft_with_path(folder.path(), &folder.path().join("bin"), &arguments)
-        .fails(FAILED, &["video.mp4", "ffmpeg", "not on the PATH", "install"]);
-    assert!(!folder.path().join("track").exists());
-}
-
-/// A program of the name in the tests' place: what it says and how it ends is what matters, not what it decodes.
-#[cfg(unix)]
-#[test]
-fn what_ffmpeg_decodes_is_tracked_and_what_it_complains_about_is_told() {
-    use std::os::unix::fs::PermissionsExt;
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path();
-    write_bundle(path, "model");
-    write_stream(&path.join("stream"), 3);
-    fs::write(path.join("video.mp4"), "not decoded by us").unwrap();
-    fs::create_dir(path.join("bin")).unwrap();
-    let named = |name: &str, script: &str| {
-        let file = path.join("bin").join(name);
-        fs::write(&file, format!("#!/bin/sh\n{script}\n")).unwrap();
-        fs::set_permissions(&file, fs::Permissions::from_mode(0o755)).unwrap();
-    };
-    let program = |script: &str| named("ffmpeg", script);
-    let arguments = ["track", "--model", "model", "--out", "track", "video.mp4"];
-    // It is told the file, as a file.
-    program("case \"$*\" in *file:video.mp4*) exec /bin/cat stream;; *) exit 9;; esac");
-    deepsft_with_path(path, &path.join("bin"), &arguments).succeeds();
-    assert_eq!(json(&path.join("track/track.json"))["frames"].as_u64(), Some(3));
-    program("/bin/cat stream; echo 'moov atom not found' >&2; exit 1");
-    deepsft_with_path(path, &path.join("bin"), &arguments)
-        .fails(INVALID_INPUT, &["video video.mp4", "ffmpeg: moov atom not found"]);
-    // Of a video that was cut short it decodes what is there, complains, and ends as if all were well.
-    program("/bin/cat stream; echo 'Invalid NAL unit size' >&2; echo 'partial file' >&2; exit 0");
-    deepsft_with_path(path, &path.join("bin"), &arguments).fails(
-        INVALID_INPUT,
-        &["video video.mp4", "ffmpeg: Invalid NAL unit size; partial file"],
-    );
-    ended_early_in(path, "track.partial", 3, &["Invalid NAL unit size"]);
-    // A complaint is harmless where all frames came that the file announces.
-    let complaining = "/bin/cat stream; echo 'EOI missing, emulating' >&2; echo frame=3 >&2; echo progress=end >&2";
-    program(complaining);
-    named("ffprobe", "case \"$*\" in *file:video.mp4*) echo 3;; *) exit 9;; esac");
-    let run = deepsft_with_path(path, &path.join("bin"), &arguments);
-    let said = &run.succeeds().stderr;
-    assert!(
-        said.contains("warning: video.mp4") && said.contains("all 3 frames") && said.contains("EOI missing"),
-        "{said}"
-    );
-    named("ffprobe", "echo 4");
-    deepsft_with_path(path, &path.join("bin"), &arguments).fails(INVALID_INPUT, &["ffmpeg: EOI missing, emulating"]);
-    program("exit 7");
-    deepsft_with_path(path, &path.join("bin"), &arguments).fails(INVALID_INPUT, &["video video.mp4", "ffmpeg"]);
 }
 
 #[test]

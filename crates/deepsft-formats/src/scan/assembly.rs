@@ -1,7 +1,7 @@
 //! The parts of a scan as one template: one mesh, one texture.
 
 use super::atlas::atlas;
-use super::mending::{Mended, mended, without_unused};
+use super::mending::{Mended, mended};
 use super::{Scan, ScanPart, refused};
 use crate::error::FormatError;
 use deepsft_geometry::glam::{DVec2, DVec3};
@@ -104,7 +104,7 @@ pub fn assemble_scan(scan: Scan) -> Result<ScannedTemplate, FormatError> {
     if welder.dropped > 0 {
         notes.push(format!("{} faces without area were left out", welder.dropped));
     }
-    let Mended { faces, turned, crumbs } = mended(&welder.vertices, welder.faces);
+    let Mended { faces, turned, crumbs } = mended(&welder.vertices, &welder.faces);
     if turned > 0 {
         notes.push(format!(
             "{turned} faces had their fronts on the other side than those around them and were turned"
@@ -113,7 +113,10 @@ pub fn assemble_scan(scan: Scan) -> Result<ScannedTemplate, FormatError> {
     if crumbs > 0 {
         notes.push(format!("{crumbs} small pieces beside it were left out"));
     }
-    let (vertices, faces) = without_unused(&welder.vertices, faces);
+    // Without the vertices of crumbs.
+    let mut kept = Welder::default();
+    faces.iter().for_each(|face| kept.add(face.map(|v| welder.vertices[v])));
+    let Welder { vertices, faces, .. } = kept;
     let (low, high) = (vertices.iter()).fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), (p, _)| {
         (low.min(*p), high.max(*p))
     });

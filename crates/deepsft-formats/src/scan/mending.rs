@@ -10,9 +10,6 @@ const CRUMB: f64 = 0.001;
 /// Fraction of the whole area that crumbs have together at most.
 const MOST_CRUMBS: f64 = 0.05;
 
-/// Position and texture coordinates.
-pub(super) type Vertex = (DVec3, DVec2);
-
 /// Faces that hang together as those of an object do.
 pub(super) struct Mended {
     pub(super) faces: Vec<[usize; 3]>,
@@ -23,7 +20,8 @@ pub(super) struct Mended {
 }
 
 /// Turns over what has its front on another side than most of its piece, and leaves out pieces that are small beside the whole.
-pub(super) fn mended(vertices: &[Vertex], mut faces: Vec<[usize; 3]>) -> Mended {
+/// Vertices are positions and texture coordinates.
+pub(super) fn mended(vertices: &[(DVec3, DVec2)], faces: &[[usize; 3]]) -> Mended {
     // Vertices of seams are one point.
     let mut points = HashMap::new();
     let mut point = |v: usize| {
@@ -54,70 +52,52 @@ pub(super) fn mended(vertices: &[Vertex], mut faces: Vec<[usize; 3]>) -> Mended 
         let [a, b, c] = [a, b, c].map(|v| vertices[v].0);
         (b - a).cross(c - a).length()
     };
-    let mut is_turned: Vec<Option<bool>> = vec![None; faces.len()];
+    let (mut is_turned, mut is_reached) = (vec![false; faces.len()], vec![false; faces.len()]);
     for first in 0..faces.len() {
-        if is_turned[first].is_some() {
-            continue;
-        }
-        let (mut patch, mut next) = (vec![first], 0);
-        is_turned[first] = Some(false);
+        let mut patch = Vec::from_iter((!is_reached[first]).then_some(first));
+        is_reached[first] = true;
+        let mut next = 0;
         while let Some(&face) = patch.get(next) {
             next += 1;
             for &(other, is_other_way) in &beyond[face] {
-                if is_turned[other].is_none() {
-                    is_turned[other] = is_turned[face].map(|turned| turned != is_other_way);
+                if !std::mem::replace(&mut is_reached[other], true) {
+                    is_turned[other] = is_turned[face] != is_other_way;
                     patch.push(other);
                 }
             }
         }
-        let signed = |&face: &usize| {
-            if is_turned[face] == Some(true) {
-                -area(faces[face])
-            } else {
-                area(faces[face])
-            }
-        };
-        if patch.iter().map(signed).sum::<f64>() < 0.0 {
+        let turned = |is: bool| {
             patch
                 .iter()
-                .for_each(|&face| is_turned[face] = is_turned[face].map(|turned| !turned));
+                .filter(|face| is_turned[**face] == is)
+                .map(|face| area(faces[*face]))
+                .sum::<f64>()
+        };
+        if turned(true) > turned(false) {
+            patch.iter().for_each(|&face| is_turned[face] = !is_turned[face]);
         }
     }
-    let mut areas: HashMap<usize, f64> = HashMap::new();
+    let mut areas = vec![0.0; faces.len()];
     for (face, corners) in faces.iter().enumerate() {
-        *areas.entry(pieces.first(face)).or_default() += area(*corners);
+        areas[pieces.first(face)] += area(*corners);
     }
-    let whole = areas.values().sum::<f64>();
-    let small = areas.values().filter(|area| **area < CRUMB * whole).sum::<f64>();
-    // What is made of small pieces altogether has no crumbs.
-    let least = if small < MOST_CRUMBS * whole {
-        CRUMB * whole
-    } else {
-        0.0
-    };
-    let crumbs = areas.values().filter(|area| **area < least).count();
-    let is_kept: Vec<bool> = (0..faces.len())
-        .map(|face| areas[&pieces.first(face)] >= least)
+    let whole = areas.iter().sum::<f64>();
+    let crumbs: Vec<f64> = areas
+        .iter()
+        .copied()
+        .filter(|area| *area > 0.0 && *area < CRUMB * whole)
         .collect();
-    let turned = is_turned.iter().map(|turned| *turned == Some(true));
-    for (face, _) in faces.iter_mut().zip(turned.clone()).filter(|(_, turned)| *turned) {
-        face.swap(1, 2);
+    // What is made of small pieces altogether has no crumbs.
+    let has_crumbs = crumbs.iter().sum::<f64>() < MOST_CRUMBS * whole;
+    let mut is_crumb = |face: usize| has_crumbs && areas[pieces.first(face)] < CRUMB * whole;
+    let kept: Vec<usize> = (0..faces.len()).filter(|&face| !is_crumb(face)).collect();
+    let oriented = kept.iter().map(|&face| match (faces[face], is_turned[face]) {
+        ([a, b, c], true) => [a, c, b],
+        (corners, false) => corners,
+    });
+    Mended {
+        faces: oriented.collect(),
+        turned: kept.iter().filter(|face| is_turned[**face]).count(),
+        crumbs: if has_crumbs { crumbs.len() } else { 0 },
     }
-    let turned = turned.zip(&is_kept).filter(|(turned, kept)| *turned && **kept).count();
-    let mut kept = is_kept.into_iter();
-    faces.retain(|_| kept.next().unwrap_or(true));
-    Mended { faces, turned, crumbs }
-}
-
-/// The same without the vertices that no face has.
-pub(super) fn without_unused(vertices: &[Vertex], mut faces: Vec<[usize; 3]>) -> (Vec<Vertex>, Vec<[usize; 3]>) {
-    let mut used = Vec::new();
-    let mut new: HashMap<usize, usize> = HashMap::new();
-    for v in faces.iter_mut().flatten() {
-        *v = *new.entry(*v).or_insert_with(|| {
-            used.push(vertices[*v]);
-            used.len() - 1
-        });
-    }
-    (used, faces)
 }

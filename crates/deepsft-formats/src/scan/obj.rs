@@ -16,7 +16,10 @@ pub(super) fn parts(bytes: &[u8], textures: &mut Textures<'_>) -> Result<Vec<Sca
     let mut parts = Vec::new();
     for group in &file.groups {
         let texture = match group.material.as_ref().and_then(|material| pictures.get(material)) {
-            Some((folder, name)) => Some(textures.number(name, |textures| picture_file(folder, name, textures))?),
+            // Two folders may have pictures of one name.
+            Some((folder, name)) => Some(textures.number(&format!("{folder}{name}"), |textures| {
+                picture_file(folder, name, textures)
+            })?),
             None => None,
         };
         parts.push(part(&file, group, texture, textures));

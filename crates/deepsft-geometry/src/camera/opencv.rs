@@ -3,6 +3,8 @@
 use super::lens::{Lens, check_finite};
 use super::pinhole::Camera;
 use crate::error::GeometryError;
+use faer::prelude::Solve;
+use faer::{Mat, Side};
 use glam::DVec2;
 
 /// The coefficients in OpenCV's order.
@@ -123,28 +125,15 @@ fn rows(DVec2 { x, y }: DVec2, shift: DVec2) -> [[f64; 6]; 2] {
     ]
 }
 
-/// The unknowns that fulfil the equations best, by the normal equations and Gauss-Jordan elimination. `None` where they do not tell them.
+/// The unknowns that fulfil the equations best, by the normal equations. `None` where they do not tell them.
 fn least_squares(equations: impl Iterator<Item = [f64; 6]>) -> Option<[f64; 5]> {
-    let mut normal = [[0.0; 6]; 5];
-    for row in equations {
-        for (i, line) in normal.iter_mut().enumerate() {
-            line.iter_mut().zip(row).for_each(|(sum, value)| *sum += row[i] * value);
+    let (mut normal, mut right) = (Mat::<f64>::zeros(5, 5), Mat::<f64>::zeros(5, 1));
+    for [row @ .., side] in equations {
+        for i in 0..5 {
+            (0..5).for_each(|j| normal[(i, j)] += row[i] * row[j]);
+            right[(i, 0)] += row[i] * side;
         }
     }
-    for k in 0..5 {
-        let pivot = normal[k][k];
-        if pivot.abs() < f64::MIN_POSITIVE {
-            return None;
-        }
-        let line = normal[k].map(|value| value / pivot);
-        for (i, other) in normal.iter_mut().enumerate() {
-            let factor = if i == k { 0.0 } else { other[k] };
-            other
-                .iter_mut()
-                .zip(line)
-                .for_each(|(value, own)| *value -= factor * own);
-        }
-        normal[k] = line;
-    }
-    Some(normal.map(|line| line[5]))
+    let solved = normal.llt(Side::Lower).ok()?.solve(&right);
+    Some(std::array::from_fn(|i| solved[(i, 0)]))
 }

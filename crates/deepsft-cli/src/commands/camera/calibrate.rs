@@ -221,7 +221,16 @@ fn views(target: &mut FlatTarget, inputs: &[PathBuf]) -> Result<Seen> {
             photograph(path, &mut look);
         } else {
             for (frame, picture) in Video::open(path, None)?.frames.enumerate() {
-                let picture = picture?;
+                let picture = match picture {
+                    Ok(picture) => picture,
+                    Err(error) => {
+                        eprintln!(
+                            "warning: of the video {} the first {frame} frames are used: {error:#}",
+                            path.display()
+                        );
+                        break;
+                    }
+                };
                 if frame.is_multiple_of(VIDEO_STEP) {
                     look(format!("{} frame {frame}", path.display()), &picture).blame("video", path)?;
                 }
