@@ -185,12 +185,12 @@ fn tree(text: &str) -> Result<Value, FormatError> {
     if text.is_empty() || text.starts_with('{') {
         return serde_json::from_str(text).map_err(|error| FormatError::CameraFile(error.to_string()));
     }
-    // OpenCV's directive and tags are none of YAML's, and of a recorded stream the first message is enough.
+    // OpenCV's directive is none of YAML's, and of a recorded stream the first message is enough.
     let lines = text
         .lines()
         .skip_while(|line| line.starts_with(['%', '-', '#']) || line.is_empty());
     let first = lines.take_while(|line| *line != "---").collect::<Vec<_>>().join("\n");
-    let read = serde_saphyr::from_str::<Value>(&first.replace("!!opencv-matrix", ""));
+    let read = serde_saphyr::from_str::<Value>(&first);
     read.map_err(|error| FormatError::CameraFile(error.to_string()))
 }
 
