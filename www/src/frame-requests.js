@@ -8,7 +8,7 @@ import { canonicalIntrinsics } from "./frames/canonical-frame.js";
 import { closeFrame, readImage, transferableFrame } from "./frames/image-input.js";
 import { Estimate } from "./results/estimate.js";
 
-/** @import { CameraOption, SourcedCamera } from "./camera/intrinsics.js" */
+/** @import { CameraOption, CameraSource, SourcedCamera } from "./camera/intrinsics.js" */
 /** @import { EngineWorker, MeshRequest, RawAnswer, RawEstimate } from "./engine/engine-worker.js" */
 /** @import { LastingEngine } from "./engine/lasting-engine.js" */
 /** @import { ImageInput, ReadImage } from "./frames/image-input.js" */
@@ -19,7 +19,7 @@ import { Estimate } from "./results/estimate.js";
  * @typedef {object} EstimateOptions
  * @property {Target} [target] what to look for; when absent the model's own target, else the only one there is
  * @property {CameraOption} [camera] when absent what a photograph's EXIF data tell, if the image is a Blob or File with some; else
- *   estimated
+ *   estimated. Either way a tilted or bent sheet tells it better, and then `estimate.camera.source` is `calibrated`
  * @property {AbortSignal} [signal] rejects at once with its reason
  * @property {boolean} [fit] fits the target's mesh to the image, starting from the network's maps,
  *   and gives the maps of that mesh; where it explains the image no better the network's own stay. Default false. What is found
@@ -43,6 +43,13 @@ import { Estimate } from "./results/estimate.js";
 
 /** Widths of a flat print, pixels. */
 const [MIN_WIDTH, MAX_WIDTH] = [16, 4096];
+
+/**
+ * Standard deviations of the focal length as a fraction of it, by where the camera comes from; others are known. Both as on the command line.
+ *
+ * @type {Partial<Record<CameraSource, number>>}
+ */
+const FOCAL_DEVIATIONS = { exif: 0.1, estimated: 0.2 };
 
 /** Has the engine look at frames, one at a time. */
 export class FrameRequests {
@@ -130,7 +137,7 @@ export class FrameRequests {
    * @template T
    * @param {ReadImage} image
    * @param {{ target?: Target, camera?: CameraOption }} options
-   * @param {(worker: EngineWorker, request: { id: number, frame: ImageBitmap | ImageData, intrinsics: number[] }) => Promise<T>} question
+   * @param {(worker: EngineWorker, request: { id: number, frame: ImageBitmap | ImageData, intrinsics: number[], focalDeviation: number }) => Promise<T>} question
    * @returns {Promise<{ answer: T, target: Target, camera: SourcedCamera, grabMs: number }>}
    */
   async #ask(image, { target: wanted, camera: cameraOption }, question) {
@@ -143,7 +150,8 @@ export class FrameRequests {
       const { frame } = grabbed;
       try {
         const camera = cameraForFrame(cameraOption ?? (await exifCamera(worker, image, grabbed)), grabbed);
-        return { answer: await question(worker, { id: target.id, frame, intrinsics: intrinsicsOf(camera) }), target, camera, grabMs };
+        const request = { id: target.id, frame, intrinsics: intrinsicsOf(camera), focalDeviation: FOCAL_DEVIATIONS[camera.source] ?? 0 };
+        return { answer: await question(worker, request), target, camera, grabMs };
       } catch (error) {
         closeFrame(frame);
         throw error;
@@ -193,8 +201,19 @@ export class FrameRequests {
       totalMs: performance.now() - began,
     };
     const makeMesh = (/** @type {MeshRequest} */ maps) => this.#engine.run((worker) => worker.mesh(maps));
-    return new Estimate(raw, camera, times, target, makeMesh);
+    return new Estimate(raw, raw.told ? toldCamera(camera, raw.told) : camera, times, target, makeMesh);
   }
+}
+
+/**
+ * A camera after the sheet in its image has told it.
+ *
+ * @param {SourcedCamera} camera as it was assumed
+ * @param {number[]} told fx, fy, cx, cy, pixels, and the standard deviation of fx as a fraction of it
+ * @returns {SourcedCamera}
+ */
+function toldCamera(camera, [fx, fy, cx, cy, deviation]) {
+  return { ...camera, fx, fy, cx, cy, source: "calibrated", spread: deviation * fx };
 }
 
 /**

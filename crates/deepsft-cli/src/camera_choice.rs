@@ -3,7 +3,7 @@
 use crate::failure::BlameInput;
 use anyhow::{Result, bail};
 use deepsft_formats::CameraFile;
-use deepsft_geometry::{Camera, Picture};
+use deepsft_geometry::{CalibratedCamera, Camera, Picture};
 use serde::Serialize;
 use std::path::Path;
 
@@ -15,15 +15,40 @@ const ROUNDING_PX: f64 = 1.0;
 pub struct CameraReport {
     #[serde(flatten)]
     camera: CameraFile,
-    /// `file`, `file, resized`, `file, turned`, `exif`, `assumed` (a typical phone) or `model`.
+    /// `file`, `file, resized`, `file, turned`, `exif`, `assumed` (a typical phone), `sheet` or `model`.
     source: &'static str,
+    /// Standard deviation of the focal length as a fraction of it, where the sheet told it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    focal_deviation: Option<f64>,
 }
 
 impl CameraReport {
     /// The report of `camera`, which comes from `source`.
     pub fn new(camera: &Camera, source: &'static str) -> Self {
         let camera = CameraFile::new(camera);
-        Self { camera, source }
+        Self {
+            camera,
+            source,
+            focal_deviation: None,
+        }
+    }
+
+    /// The report of a camera that the sheet in an image told.
+    pub fn told(told: &CalibratedCamera) -> Self {
+        Self {
+            focal_deviation: Some(told.focal_deviation),
+            ..Self::new(&told.camera, "sheet")
+        }
+    }
+}
+
+/// The standard deviation of ln f around a camera that comes from `source`, 0 for one that is known. An equivalent focal length is rounded,
+/// and a photograph may have been cropped since; of phones four in five are within a sixth of the typical one.
+pub fn focal_deviation(source: &str) -> f64 {
+    match source {
+        "exif" => 0.1,
+        "assumed" => 0.2,
+        _ => 0.0,
     }
 }
 

@@ -129,7 +129,8 @@ impl Engine {
     ///
     /// `rgba` are the frame's pixels (sRGB, not premultiplied), `camera` its intrinsics in pixels as
     /// `[fx, fy, cx, cy, k1, k2, p1, p2, k3]`, distortion in OpenCV's order, or with a fisheye's
-    /// `[fx, fy, cx, cy, k1, k2, k3, k4]`. Rejects with an `Error` whose
+    /// `[fx, fy, cx, cy, k1, k2, k3, k4]`. `focal_deviation` is the standard deviation of the focal length as a fraction of it, 0 where it is
+    /// known: else a sheet tells it. Rejects with an `Error` whose
     /// `code` is `camera-intrinsics`, `image-unreadable`, `target-unknown`, `gpu-lost` or `internal`.
     #[wasm_bindgen(unchecked_return_type = "Promise<RawEstimate>")]
     pub fn estimate(
@@ -139,12 +140,13 @@ impl Engine {
         width: usize,
         height: usize,
         camera: Vec<f64>,
+        focal_deviation: f64,
     ) -> Promise {
         let core = Rc::clone(&self.core);
         settle::promise(async move {
             let target = core.target(id)?;
             let (picture, camera) = frame_from(&rgba, (width, height), &camera)?;
-            let estimate = target.estimate(&mut View::new(&picture, &camera)).await;
+            let estimate = target.estimate((&picture, &camera), focal_deviation).await;
             estimate.map_err(|error| core.failed(&error))
         })
     }
@@ -159,13 +161,14 @@ impl Engine {
         width: usize,
         height: usize,
         camera: Vec<f64>,
+        focal_deviation: f64,
         columns: usize,
     ) -> Promise {
         let core = Rc::clone(&self.core);
         settle::promise(async move {
             let target = core.target(id)?;
             let (picture, camera) = frame_from(&rgba, (width, height), &camera)?;
-            let flat = target.flatten(&mut View::new(&picture, &camera), columns).await;
+            let flat = target.flatten((&picture, &camera), focal_deviation, columns).await;
             let flat = flat.map_err(|error| core.failed(&error))?;
             Ok(flat.map_or(JsValue::NULL, JsValue::from))
         })
@@ -253,7 +256,7 @@ impl Core {
                     judge_ms: stopwatch.lap_ms(),
                     ..EstimateTimes::default()
                 };
-                estimate = estimate_object(&made.map_err(|error| self.failed(&error))?, times, 0.0).into();
+                estimate = estimate_object(&made.map_err(|error| self.failed(&error))?, None, times, 0.0).into();
             }
             let seen = sightings.iter().map(|seen| positions(&seen.vertices_camera));
             answers.push(&object([

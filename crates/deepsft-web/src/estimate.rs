@@ -2,8 +2,9 @@
 
 use crate::mesh::mesh_object;
 use crate::object::{object, rgba};
+use deepsft::geometry::CalibratedCamera;
 use deepsft::{Estimate, EstimateTimes};
-use js_sys::{Float32Array, Object, Uint8Array};
+use js_sys::{Array, Float32Array, Object, Uint8Array};
 use wasm_bindgen::prelude::*;
 
 #[wasm_bindgen(typescript_custom_section)]
@@ -30,6 +31,8 @@ export interface RawEstimate {
   shapeDetermined: boolean;
   /** The name of the finder that gave the maps. */
   by: "network" | "features" | null;
+  /** The camera as the sheet tells it: fx, fy, cx, cy, pixels, and the standard deviation of fx as a fraction of it. */
+  told: number[] | null;
   /** The mesh of the maps, where one was fitted on the way. */
   fitted: RawMesh | null;
   /** Milliseconds of the canonical warp, the network (with its read-back), the judgement, and of finding by features, the fit included. */
@@ -38,7 +41,12 @@ export interface RawEstimate {
 "#;
 
 /// A plain object, the `RawEstimate` of TypeScript. Its arrays belong to JavaScript: they may be transferred to another thread.
-pub fn estimate_object(estimate: &Estimate, times: EstimateTimes, features_ms: f64) -> Object {
+pub fn estimate_object(
+    estimate: &Estimate,
+    told: Option<&CalibratedCamera>,
+    times: EstimateTimes,
+    features_ms: f64,
+) -> Object {
     let maps = &estimate.maps;
     let mask: Vec<u8> = maps.mask().into_iter().map(u8::from).collect();
     let registration = Float32Array::from(maps.registration().as_flattened());
@@ -50,7 +58,13 @@ pub fn estimate_object(estimate: &Estimate, times: EstimateTimes, features_ms: f
         ("judgeMs", times.judge_ms.into()),
         ("featuresMs", features_ms.into()),
     ]);
+    let told = told.map_or(JsValue::NULL, |told| {
+        let (focal, centre) = (told.camera.focal(), told.camera.principal_point());
+        let numbers = [focal.x, focal.y, centre.x, centre.y, told.focal_deviation];
+        numbers.map(JsValue::from).into_iter().collect::<Array>().into()
+    });
     object([
+        ("told", told),
         ("width", (maps.size().width as u32).into()),
         ("focal", estimate.canonical_camera.focal().x.into()),
         ("depth", Float32Array::from(maps.depth()).into()),

@@ -9,10 +9,10 @@ use crate::{
     object::{object, rgba},
 };
 use deepsft::{
-    DeepSftError, EstimateTimes, Estimator, Sighting, Target, TargetFinder, View,
+    DeepSftError, Estimate, EstimateTimes, Estimator, Sighting, Target, TargetFinder, View,
     features::PictureGrade,
     geometry::{
-        Camera, CompletionOptions, ImageSize, Maps, MapsCompletion, Picture, Surface, Template,
+        CalibratedCamera, Camera, CompletionOptions, ImageSize, Maps, MapsCompletion, Picture, Surface, Template,
         fitting::{FitOptions, FrameFitter, Start},
     },
 };
@@ -114,16 +114,20 @@ impl EngineTarget {
         seen
     }
 
-    /// The print that an image shows, laid flat, `columns` pixels wide: a plain object, the `RawFlatPrint` of TypeScript.
-    pub async fn flatten(&self, view: &mut View<'_>, columns: usize) -> Result<Option<Object>, DeepSftError> {
-        let mut finder = self.taken_finder()?;
-        let estimate = finder.estimate(view).await;
-        self.finder.replace(Some(finder));
-        let estimate = estimate?;
+    /// The print that an image shows, laid flat, `columns` pixels wide: a plain object, the `RawFlatPrint` of TypeScript. Of the camera as
+    /// for [`EngineTarget::estimate`].
+    pub async fn flatten(
+        &self,
+        (image, camera): (&Picture, &Camera),
+        focal_deviation: f64,
+        columns: usize,
+    ) -> Result<Option<Object>, DeepSftError> {
+        let (estimate, told) = self.found_in((image, camera), focal_deviation).await?;
+        let camera = told.as_ref().map_or(camera, |told| &told.camera);
         let Some(surface) = estimate.surface.filter(|_| estimate.judgement.found) else {
             return Ok(None);
         };
-        let flat = surface.flatten(self.target.template(), (view.image(), view.camera()), columns)?;
+        let flat = surface.flatten(self.target.template(), (image, camera), columns)?;
         Ok(Some(object([
             ("width", (columns as u32).into()),
             ("rgba", rgba(&flat.picture).into()),
@@ -131,23 +135,32 @@ impl EngineTarget {
         ])))
     }
 
-    /// The target in one image: a network's maps as they are, those of features fitted to the image.
-    pub async fn estimate(&self, view: &mut View<'_>) -> Result<Object, DeepSftError> {
+    /// The target in one image: a network's maps as they are, those of features fitted to the image. Where those are of a sheet it tells the
+    /// camera, around which `focal_deviation` is the standard deviation of ln f; 0 for one that is known.
+    pub async fn estimate(
+        &self,
+        (image, camera): (&Picture, &Camera),
+        focal_deviation: f64,
+    ) -> Result<Object, DeepSftError> {
         if let Some(network) = self.target.network() {
-            let (estimate, times) = network.estimate_timed(view.image(), view.camera(), now_ms).await?;
-            return Ok(estimate_object(&estimate, times, 0.0));
+            let (estimate, times) = network.estimate_timed(image, camera, now_ms).await?;
+            return Ok(estimate_object(&estimate, None, times, 0.0));
         }
         let mut stopwatch = Stopwatch::start();
-        view.canonical(&self.target.canonical_camera(view.size()))?;
-        let warp_ms = stopwatch.lap_ms();
+        let (estimate, told) = self.found_in((image, camera), focal_deviation).await?;
+        let (times, features_ms) = (EstimateTimes::default(), stopwatch.lap_ms());
+        Ok(estimate_object(&estimate, told.as_ref(), times, features_ms))
+    }
+
+    async fn found_in(
+        &self,
+        (image, camera): (&Picture, &Camera),
+        focal_deviation: f64,
+    ) -> Result<(Estimate, Option<CalibratedCamera>), DeepSftError> {
         let mut finder = self.taken_finder()?;
-        let estimate = finder.estimate(view).await;
+        let estimated = finder.estimate_with_camera(image, camera, focal_deviation).await;
         self.finder.replace(Some(finder));
-        let times = EstimateTimes {
-            warp_ms,
-            ..EstimateTimes::default()
-        };
-        Ok(estimate_object(&estimate?, times, stopwatch.lap_ms()))
+        estimated
     }
 
     fn taken_finder(&self) -> Result<TargetFinder, DeepSftError> {

@@ -120,9 +120,9 @@ export async function estimate(request) {
  * @param {EstimateRequest} request
  * @returns {Promise<{ value: RawEstimate, transfer: Transferable[] }>}
  */
-async function estimated({ id, frame, intrinsics, fit }) {
+async function estimated({ id, frame, intrinsics, focalDeviation, fit }) {
   const { rgba, readMs } = read(frame);
-  const raw = await started().estimate(id, rgba, frame.width, frame.height, new Float64Array(intrinsics));
+  const raw = await started().estimate(id, rgba, frame.width, frame.height, new Float64Array(intrinsics), focalDeviation);
   const { value, transfer } = carried(raw, frame instanceof ImageData ? null : frame, readMs);
   if (fit && value.found && !value.fitted) {
     const { width, focal, depth, registration, canonical } = value;
@@ -155,11 +155,11 @@ export async function find({ ids, estimated, frame, intrinsics, focal }) {
  * @param {FlattenRequest} request
  * @returns {Promise<{ value: RawFlatPrint | null, transfer: Transferable[] }>}
  */
-export async function flatten({ id, frame, intrinsics, columns }) {
+export async function flatten({ id, frame, intrinsics, focalDeviation, columns }) {
   const { rgba } = read(frame);
   const { width, height } = frame;
   closeFrame(frame);
-  const value = await started().flatten(id, rgba, width, height, new Float64Array(intrinsics), columns);
+  const value = await started().flatten(id, rgba, width, height, new Float64Array(intrinsics), focalDeviation, columns);
   return { value, transfer: value ? [value.rgba.buffer, value.confidence.buffer] : [] };
 }
 

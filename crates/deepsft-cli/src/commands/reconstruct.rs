@@ -1,6 +1,6 @@
 //! `deepsft reconstruct`: the template in photographs.
 
-use crate::camera_choice::{self, CameraReport, camera_of};
+use crate::camera_choice::{self, CameraReport, camera_of, focal_deviation};
 use crate::failure::{self, usage};
 use crate::mesh_choice::MeshChoice;
 use crate::object_choice::{ChosenTarget, DescriptorChoice, ObjectChoice};
@@ -8,10 +8,11 @@ use crate::output::{panels, sheet};
 use crate::{input, progress};
 use anyhow::{Context, Result};
 use clap::Args;
-use deepsft::{DeviceKind, Estimate, FinderKind, Judgement, TargetFinder, View, encode_png};
+use deepsft::{DeviceKind, Estimate, FinderKind, Judgement, TargetFinder, encode_png};
 use deepsft_formats::{FolderKind, StagedFolder};
 use deepsft_geometry::{
-    Camera, Maps, MeshRecovery, Picture, Surface, TriangleMesh, photo_consistency_error, visible_surface,
+    CalibratedCamera, Camera, Maps, MeshRecovery, Picture, Surface, TriangleMesh, photo_consistency_error,
+    visible_surface,
 };
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
@@ -151,7 +152,6 @@ pub fn run(arguments: &ReconstructArguments) -> Result<()> {
     }
     let mut object = Object {
         flat_width: arguments.flat.map(usize::from),
-        // The finder fits by itself.
         recovery: match mesh {
             MeshChoice::Fit => None,
             other => Some(other.prepare(target.template())?),
@@ -216,12 +216,22 @@ impl Object {
         let mut stages = Stages::default();
         let photograph = stages.time("decode", || input::photograph(path))?;
         let (image, quarters) = (photograph.picture, photograph.quarters);
-        let (camera, source) = camera_of(&image, quarters, camera, photograph.exif)?;
+        let (assumed, source) = camera_of(&image, quarters, camera, photograph.exif)?;
         let results = StagedFolder::new(folder, &RESULTS_FOLDER)?;
-        let estimate = match &mut self.recovery {
-            None => fitted(&mut self.finder, &image, &camera, &mut stages)?,
-            Some(recovery) => network_only(&self.finder, recovery.as_mut(), &image, &camera, &mut stages)?,
+        let (estimate, told) = match &mut self.recovery {
+            // The finder fits by itself.
+            None => stages.time("find_and_fit", || {
+                let estimated = self
+                    .finder
+                    .estimate_with_camera(&image, &assumed, focal_deviation(source));
+                pollster::block_on(estimated)
+            })?,
+            Some(recovery) => {
+                let estimate = network_only(&self.finder, recovery.as_mut(), &image, &assumed, &mut stages)?;
+                (estimate, None)
+            }
         };
+        let camera = told.as_ref().map_or(assumed, |told| told.camera);
         let template = self.finder.target().template();
         let asks_for_mesh = match &self.recovery {
             None => true,
@@ -244,7 +254,9 @@ impl Object {
             mesh_taken: asks_for_mesh.then_some(whole.is_some()),
             depth_mm: depth_range(&estimate.maps),
             photo_consistency_error: photo_consistency_error(&estimate.canonical, template.texture(), &estimate.maps),
-            camera: CameraReport::new(&camera, source),
+            camera: told
+                .as_ref()
+                .map_or_else(|| CameraReport::new(&camera, source), CameraReport::told),
             canonical_camera: CameraReport::new(&estimate.canonical_camera, "model"),
             device: self.device.clone(),
             stage_ms: stages.milliseconds,
@@ -264,7 +276,7 @@ impl Object {
             "{}: {}{}: {}",
             path.display(),
             verdict(judgement),
-            words(&camera, source),
+            words(&assumed, source, told.as_ref()),
             folder.display()
         ))
     }
@@ -323,14 +335,6 @@ impl Object {
     }
 }
 
-/// The object by its finders and the fit.
-fn fitted(finder: &mut TargetFinder, image: &Picture, camera: &Camera, stages: &mut Stages) -> Result<Estimate> {
-    let mut view = View::new(image, camera);
-    let nearest = finder.target().canonical_camera(camera.size());
-    stages.time("canonical_warp", || view.canonical(&nearest).map(|_| ()))?;
-    Ok(stages.time("find_and_fit", || pollster::block_on(finder.estimate(&mut view)))?)
-}
-
 /// The object by its network's own maps, completed if that is asked for.
 fn network_only(
     finder: &TargetFinder,
@@ -375,13 +379,18 @@ fn verdict(judgement: &Judgement) -> String {
 }
 
 /// Where the camera comes from, where nobody gave it.
-fn words(camera: &Camera, source: &str) -> String {
-    let focal = camera.focal().x;
-    match source {
-        "exif" => format!(", f = {focal:.0} px from EXIF"),
-        "assumed" => format!(", f = {focal:.0} px assumed (a typical phone)"),
-        _ => String::new(),
-    }
+fn words(assumed: &Camera, source: &str, told: Option<&CalibratedCamera>) -> String {
+    let focal = assumed.focal().x;
+    let from = match source {
+        "exif" => "from EXIF",
+        "assumed" => "assumed (a typical phone)",
+        _ => return String::new(),
+    };
+    let Some(told) = told else {
+        return format!(", f = {focal:.0} px {from}");
+    };
+    let (told, percent) = (told.camera.focal().x, 100.0 * told.focal_deviation);
+    format!(", f = {told:.0} px (+- {percent:.0} %) by the sheet, {focal:.0} {from}")
 }
 
 /// Least, median and greatest depth inside the mask, mm.

@@ -119,18 +119,22 @@ pub(super) fn close_ups(
 }
 
 /// Fits the fine mesh of `surface` to its close-ups, and says in the last how far it is confirmed. A solid is first moved as it is at
-/// rest, and bends only where the image tells so. A softer mesh is taken where it explains more. `None` without close-ups.
+/// rest, and bends only where the image tells so. A softer mesh, which begins where the stiffer one ended and leaves the first close-up
+/// out, is taken where it explains more. `None` without close-ups.
 pub(super) fn fit_through(
     fitter: &mut MeshFitter,
     close_ups: &[CloseUp],
     surface: &Surface,
     priors: &[&dyn Energy],
 ) -> Result<Option<Fitted>, GeometryError> {
+    let mut way: Vec<&CloseUp> = close_ups.iter().take(1).cycle().take(FIRST_TIMES - 1).collect();
+    way.extend(close_ups);
+    let finer: Vec<&CloseUp> = close_ups.iter().skip(usize::from(close_ups.len() > 1)).collect();
     let rigid = match fitter.template.is_sheet() {
         true => None,
         false => {
             let start = fitter.rigid(&surface.vertices_camera, &surface.confidence);
-            fit_with(fitter, close_ups, Pass::Rigid, (&start, &surface.is_hidden), &[])?
+            fit_with(fitter, &way, Pass::Rigid, (&start, &surface.is_hidden), &[])?
         }
     };
     let mut best: Option<Fitted> = None;
@@ -141,7 +145,8 @@ pub(super) fn fit_through(
         };
         // What a coarser image made of a solid would bend it.
         let priors = if rigid.is_some() { &[] } else { priors };
-        let Some(fitted) = fit_with(fitter, close_ups, Pass::Elastic(stiffness), (start, is_hidden), priors)? else {
+        let way = if best.is_some() { &finer } else { &way };
+        let Some(fitted) = fit_with(fitter, way, Pass::Elastic(stiffness), (start, is_hidden), priors)? else {
             return Ok(None);
         };
         let explained = fitted.correlation.explained;
@@ -164,7 +169,7 @@ pub(super) fn fit_through(
 
 fn fit_with(
     fitter: &mut MeshFitter,
-    close_ups: &[CloseUp],
+    way: &[&CloseUp],
     pass: Pass,
     (start, is_hidden): (&[DVec3], &[bool]),
     priors: &[&dyn Energy],
@@ -174,8 +179,7 @@ fn fit_with(
         Pass::Elastic(stiffness) => (stiffness, 0, STEPS),
     };
     let mut fitted: Option<Fitted> = None;
-    let first = close_ups.iter().take(1).cycle().take(FIRST_TIMES);
-    for close_up in first.chain(close_ups.iter().skip(1)) {
+    for close_up in way {
         let observation = Observation::new(&close_up.grey, &close_up.camera)?;
         let is_hidden = fitted
             .as_ref()

@@ -11,10 +11,16 @@ use deepsft_finding::PictureGrade;
 use deepsft_geometry::fitting::{FitOptions, FrameFitter, Start};
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::tracking::TrackingOptions;
-use deepsft_geometry::{Camera, Maps};
+use deepsft_geometry::{CalibratedCamera, Camera, Maps, Picture, SelfCalibration, SelfCalibrationOptions};
 
 /// The explained fraction from which no other finder is asked.
 const CLEAR: f64 = 0.8;
+
+/// How much surer than before of the focal length one view of a sheet must be to tell it: the fraction of the standard deviation that is left.
+const TOLD: f64 = 0.5;
+
+/// Updates of the camera at most.
+const MAX_UPDATES: usize = 30;
 
 /// Where a track of the target may start in an image.
 #[derive(Clone, Debug)]
@@ -146,17 +152,100 @@ impl TargetFinder {
     /// # Errors
     /// As [`Finder::find`].
     pub async fn estimate(&mut self, view: &mut View<'_>) -> Result<Estimate, DeepSftError> {
+        let seen = self.in_views(view, None).await?;
+        self.in_close_ups(view, seen)
+    }
+
+    /// Estimates the target in `image` and the camera that took it, by [`SelfCalibration`] from this one view. `assumed` is the likeliest
+    /// camera, `focal_deviation` the standard deviation of ln f around it; 0 for a camera that is known. The camera is `None` where the sheet
+    /// does not tell it, frontal or not found: the estimate is before the assumed one then.
+    ///
+    /// # Errors
+    /// As [`Finder::find`].
+    pub async fn estimate_with_camera(
+        &mut self,
+        image: &Picture,
+        assumed: &Camera,
+        focal_deviation: f64,
+    ) -> Result<(Estimate, Option<CalibratedCamera>), DeepSftError> {
+        let mut view = View::new(image, assumed);
+        let seen = self.in_views(&mut view, None).await?;
+        if let Some((told, mesh)) = self.told_camera(&mut view, &seen, focal_deviation)? {
+            let mut view = View::new(image, &told.camera);
+            let again = self.in_views(&mut view, seen.by.map(|by| (by, mesh))).await?;
+            if again.worth() >= seen.worth() {
+                return Ok((self.in_close_ups(&view, again)?, Some(told)));
+            }
+        }
+        Ok((self.in_close_ups(&view, seen)?, None))
+    }
+
+    /// The camera of `view` as what is `seen` of a sheet tells it, and the mesh before it.
+    fn told_camera(
+        &self,
+        view: &mut View<'_>,
+        seen: &Estimate,
+        focal_deviation: f64,
+    ) -> Result<Option<(CalibratedCamera, Vec<DVec3>)>, DeepSftError> {
+        let template = self.target.template();
+        let Some(surface) = seen
+            .surface
+            .as_ref()
+            .filter(|_| seen.judgement.found && template.is_sheet())
+        else {
+            return Ok(None);
+        };
+        let mut options = SelfCalibrationOptions {
+            min_views: 1,
+            ..SelfCalibrationOptions::default()
+        };
+        // One view cannot tell a lens's distortion from a bend.
+        (options.deviations[0], options.deviations[3]) = (focal_deviation, 0.0);
+        let mut calibration = SelfCalibration::new(template, options)?;
+        let canonical = &seen.canonical_camera;
+        calibration.offer(view.canonical(canonical)?, canonical, &surface.vertices_camera)?;
+        let told = calibration.solve(MAX_UPDATES)?;
+        let Some(mut told) = told.filter(|told| told.focal_deviation < TOLD * focal_deviation) else {
+            return Ok(None);
+        };
+        (told.camera, told.assumed) = (told.of_source(view.camera())?, *view.camera());
+        Ok(calibration.meshes().next().map(|mesh| (told, mesh)))
+    }
+
+    /// The estimate in the canonical camera's image or one that is zoomed out: of what the finders see, or of a mesh that one of them saw.
+    async fn in_views(
+        &mut self,
+        view: &mut View<'_>,
+        known: Option<(FinderKind, Vec<DVec3>)>,
+    ) -> Result<Estimate, DeepSftError> {
         let views = self.target.canonical_views(view.camera());
-        let mut best = self.estimate_in(view, views.nearest()).await?;
+        let mut best = self.seen_in(view, views.nearest(), known.as_ref()).await?;
         for camera in &views.all()[1..] {
             if best.judgement.found && !views.cuts(&best.canonical_camera, &best.maps) {
                 break;
             }
-            let wider = self.estimate_in(view, camera).await?;
+            let wider = self.seen_in(view, camera, known.as_ref()).await?;
             if wider.judgement.found {
                 best = wider;
             }
         }
+        Ok(best)
+    }
+
+    async fn seen_in(
+        &mut self,
+        view: &mut View<'_>,
+        camera: &Camera,
+        known: Option<&(FinderKind, Vec<DVec3>)>,
+    ) -> Result<Estimate, DeepSftError> {
+        match known {
+            None => self.estimate_in(view, camera).await,
+            Some((by, mesh)) => self.judged(view, camera, *by, Start::Mesh(mesh.clone())),
+        }
+    }
+
+    /// The estimate after its sheet was fitted to the image's own pixels.
+    fn in_close_ups(&mut self, view: &View<'_>, mut best: Estimate) -> Result<Estimate, DeepSftError> {
         if let Some(surface) = best.surface.take() {
             let surface = self.fitter()?.fit_close_ups(view.image(), view.camera(), surface)?;
             let drawn = surface.maps(self.target.template().mesh());
