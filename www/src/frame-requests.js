@@ -44,13 +44,6 @@ import { Estimate } from "./results/estimate.js";
 /** Widths of a flat print, pixels. */
 const [MIN_WIDTH, MAX_WIDTH] = [16, 4096];
 
-/**
- * Standard deviations of the focal length as a fraction of it, by where the camera comes from; others are known. Both as on the command line.
- *
- * @type {Partial<Record<CameraSource, number>>}
- */
-const FOCAL_DEVIATIONS = { exif: 0.1, estimated: 0.2 };
-
 /** Has the engine look at frames, one at a time. */
 export class FrameRequests {
   #engine;
@@ -137,7 +130,7 @@ export class FrameRequests {
    * @template T
    * @param {ReadImage} image
    * @param {{ target?: Target, camera?: CameraOption }} options
-   * @param {(worker: EngineWorker, request: { id: number, frame: ImageBitmap | ImageData, intrinsics: number[], focalDeviation: number }) => Promise<T>} question
+   * @param {(worker: EngineWorker, request: { id: number, frame: ImageBitmap | ImageData, intrinsics: number[], source: CameraSource }) => Promise<T>} question
    * @returns {Promise<{ answer: T, target: Target, camera: SourcedCamera, grabMs: number }>}
    */
   async #ask(image, { target: wanted, camera: cameraOption }, question) {
@@ -150,7 +143,7 @@ export class FrameRequests {
       const { frame } = grabbed;
       try {
         const camera = cameraForFrame(cameraOption ?? (await exifCamera(worker, image, grabbed)), grabbed);
-        const request = { id: target.id, frame, intrinsics: intrinsicsOf(camera), focalDeviation: FOCAL_DEVIATIONS[camera.source] ?? 0 };
+        const request = { id: target.id, frame, intrinsics: intrinsicsOf(camera), source: camera.source };
         return { answer: await question(worker, request), target, camera, grabMs };
       } catch (error) {
         closeFrame(frame);

@@ -2,6 +2,7 @@
 
 use crate::failure::BlameInput;
 use anyhow::{Result, bail};
+use deepsft::CameraOrigin;
 use deepsft_formats::CameraFile;
 use deepsft_geometry::{CalibratedCamera, Camera, Picture};
 use serde::Serialize;
@@ -42,13 +43,12 @@ impl CameraReport {
     }
 }
 
-/// The standard deviation of ln f around a camera that comes from `source`, 0 for one that is known. An equivalent focal length is rounded,
-/// and a photograph may have been cropped since; of phones four in five are within a sixth of the typical one.
-pub fn focal_deviation(source: &str) -> f64 {
+/// How well a camera is known that comes from `source`.
+pub fn origin(source: &str) -> CameraOrigin {
     match source {
-        "exif" => 0.1,
-        "assumed" => 0.2,
-        _ => 0.0,
+        "exif" => CameraOrigin::Exif,
+        "assumed" => CameraOrigin::Assumed,
+        _ => CameraOrigin::Known,
     }
 }
 

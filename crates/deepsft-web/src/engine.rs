@@ -4,7 +4,7 @@ use crate::{
     clock::Stopwatch,
     estimate::estimate_object,
     failure::{Code, Failure},
-    input::{files_from, frame_from, maps_from, picture_from},
+    input::{camera_origin, files_from, frame_from, maps_from, picture_from},
     mesh::positions,
     object::object,
     settle,
@@ -129,8 +129,8 @@ impl Engine {
     ///
     /// `rgba` are the frame's pixels (sRGB, not premultiplied), `camera` its intrinsics in pixels as
     /// `[fx, fy, cx, cy, k1, k2, p1, p2, k3]`, distortion in OpenCV's order, or with a fisheye's
-    /// `[fx, fy, cx, cy, k1, k2, k3, k4]`. `focal_deviation` is the standard deviation of the focal length as a fraction of it, 0 where it is
-    /// known: else a sheet tells it. Rejects with an `Error` whose
+    /// `[fx, fy, cx, cy, k1, k2, k3, k4]`. `source` is where it comes from: `exif` and
+    /// `estimated` are not known, and a sheet tells them. Rejects with an `Error` whose
     /// `code` is `camera-intrinsics`, `image-unreadable`, `target-unknown`, `gpu-lost` or `internal`.
     #[wasm_bindgen(unchecked_return_type = "Promise<RawEstimate>")]
     pub fn estimate(
@@ -140,13 +140,13 @@ impl Engine {
         width: usize,
         height: usize,
         camera: Vec<f64>,
-        focal_deviation: f64,
+        source: &str,
     ) -> Promise {
-        let core = Rc::clone(&self.core);
+        let (core, origin) = (Rc::clone(&self.core), camera_origin(source));
         settle::promise(async move {
             let target = core.target(id)?;
             let (picture, camera) = frame_from(&rgba, (width, height), &camera)?;
-            let estimate = target.estimate((&picture, &camera), focal_deviation).await;
+            let estimate = target.estimate((&picture, &camera), origin).await;
             estimate.map_err(|error| core.failed(&error))
         })
     }
@@ -161,14 +161,14 @@ impl Engine {
         width: usize,
         height: usize,
         camera: Vec<f64>,
-        focal_deviation: f64,
+        source: &str,
         columns: usize,
     ) -> Promise {
-        let core = Rc::clone(&self.core);
+        let (core, origin) = (Rc::clone(&self.core), camera_origin(source));
         settle::promise(async move {
             let target = core.target(id)?;
             let (picture, camera) = frame_from(&rgba, (width, height), &camera)?;
-            let flat = target.flatten((&picture, &camera), focal_deviation, columns).await;
+            let flat = target.flatten((&picture, &camera), origin, columns).await;
             let flat = flat.map_err(|error| core.failed(&error))?;
             Ok(flat.map_or(JsValue::NULL, JsValue::from))
         })

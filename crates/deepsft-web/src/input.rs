@@ -1,6 +1,7 @@
 //! What JavaScript hands over, checked.
 
 use crate::failure::{Code, Failure};
+use deepsft::CameraOrigin;
 use deepsft::geometry::glam::DVec2;
 use deepsft::geometry::{Camera, ImageSize, Maps, Picture};
 use js_sys::{Array, Uint8Array};
@@ -73,6 +74,15 @@ pub fn picture_from(rgba: &[u8], size: impl Into<ImageSize>) -> Result<Picture, 
 pub fn frame_from(rgba: &[u8], size: (usize, usize), camera: &[f64]) -> Result<(Picture, Camera), Failure> {
     let camera = camera_from(size, camera)?;
     Ok((picture_from(rgba, size)?, camera))
+}
+
+/// How well a camera is known, by the `CameraSource` of JavaScript.
+pub fn camera_origin(source: &str) -> CameraOrigin {
+    match source {
+        "exif" => CameraOrigin::Exif,
+        "estimated" => CameraOrigin::Assumed,
+        _ => CameraOrigin::Known,
+    }
 }
 
 /// Maps of a canonical image of `width` columns out of a depth and two texture coordinates for each pixel.

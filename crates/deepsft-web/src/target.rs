@@ -9,7 +9,7 @@ use crate::{
     object::{object, rgba},
 };
 use deepsft::{
-    DeepSftError, Estimate, EstimateTimes, Estimator, Sighting, Target, TargetFinder, View,
+    CameraOrigin, DeepSftError, Estimate, EstimateTimes, Estimator, Sighting, Target, TargetFinder, View,
     features::PictureGrade,
     geometry::{
         CalibratedCamera, Camera, CompletionOptions, ImageSize, Maps, MapsCompletion, Picture, Surface, Template,
@@ -119,10 +119,10 @@ impl EngineTarget {
     pub async fn flatten(
         &self,
         (image, camera): (&Picture, &Camera),
-        focal_deviation: f64,
+        origin: CameraOrigin,
         columns: usize,
     ) -> Result<Option<Object>, DeepSftError> {
-        let (estimate, told) = self.found_in((image, camera), focal_deviation).await?;
+        let (estimate, told) = self.found_in((image, camera), origin).await?;
         let camera = told.as_ref().map_or(camera, |told| &told.camera);
         let Some(surface) = estimate.surface.filter(|_| estimate.judgement.found) else {
             return Ok(None);
@@ -136,18 +136,18 @@ impl EngineTarget {
     }
 
     /// The target in one image: a network's maps as they are, those of features fitted to the image. Where those are of a sheet it tells the
-    /// camera, around which `focal_deviation` is the standard deviation of ln f; 0 for one that is known.
+    /// camera, if that is not known.
     pub async fn estimate(
         &self,
         (image, camera): (&Picture, &Camera),
-        focal_deviation: f64,
+        origin: CameraOrigin,
     ) -> Result<Object, DeepSftError> {
         if let Some(network) = self.target.network() {
             let (estimate, times) = network.estimate_timed(image, camera, now_ms).await?;
             return Ok(estimate_object(&estimate, None, times, 0.0));
         }
         let mut stopwatch = Stopwatch::start();
-        let (estimate, told) = self.found_in((image, camera), focal_deviation).await?;
+        let (estimate, told) = self.found_in((image, camera), origin).await?;
         let (times, features_ms) = (EstimateTimes::default(), stopwatch.lap_ms());
         Ok(estimate_object(&estimate, told.as_ref(), times, features_ms))
     }
@@ -155,10 +155,10 @@ impl EngineTarget {
     async fn found_in(
         &self,
         (image, camera): (&Picture, &Camera),
-        focal_deviation: f64,
+        origin: CameraOrigin,
     ) -> Result<(Estimate, Option<CalibratedCamera>), DeepSftError> {
         let mut finder = self.taken_finder()?;
-        let estimated = finder.estimate_with_camera(image, camera, focal_deviation).await;
+        let estimated = finder.estimate_with_camera(image, camera, origin).await;
         self.finder.replace(Some(finder));
         estimated
     }

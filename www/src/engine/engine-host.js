@@ -120,9 +120,9 @@ export async function estimate(request) {
  * @param {EstimateRequest} request
  * @returns {Promise<{ value: RawEstimate, transfer: Transferable[] }>}
  */
-async function estimated({ id, frame, intrinsics, focalDeviation, fit }) {
+async function estimated({ id, frame, intrinsics, source, fit }) {
   const { rgba, readMs } = read(frame);
-  const raw = await started().estimate(id, rgba, frame.width, frame.height, new Float64Array(intrinsics), focalDeviation);
+  const raw = await started().estimate(id, rgba, frame.width, frame.height, new Float64Array(intrinsics), source);
   const { value, transfer } = carried(raw, frame instanceof ImageData ? null : frame, readMs);
   if (fit && value.found && !value.fitted) {
     const { width, focal, depth, registration, canonical } = value;
@@ -155,11 +155,11 @@ export async function find({ ids, estimated, frame, intrinsics, focal }) {
  * @param {FlattenRequest} request
  * @returns {Promise<{ value: RawFlatPrint | null, transfer: Transferable[] }>}
  */
-export async function flatten({ id, frame, intrinsics, focalDeviation, columns }) {
+export async function flatten({ id, frame, intrinsics, source, columns }) {
   const { rgba } = read(frame);
   const { width, height } = frame;
   closeFrame(frame);
-  const value = await started().flatten(id, rgba, width, height, new Float64Array(intrinsics), focalDeviation, columns);
+  const value = await started().flatten(id, rgba, width, height, new Float64Array(intrinsics), source, columns);
   return { value, transfer: value ? [value.rgba.buffer, value.confidence.buffer] : [] };
 }
 

@@ -3,6 +3,7 @@
 import { DeepSftError } from "../error.js";
 import { WorkerCalls } from "./worker-calls.js";
 
+/** @import { CameraSource } from "../camera/intrinsics.js" */
 /** @import { RawEstimate as EngineEstimate, RawFlatPrint, RawMesh } from "../../pkg/deepsft_web.js" */
 /** @import { LoadProgress } from "./bundle.js" */
 /** @import { DeepSftErrorCode } from "../error.js" */
@@ -58,8 +59,8 @@ import { WorkerCalls } from "./worker-calls.js";
 /** @typedef {{ id: number, source: TargetSource }} TargetRequest */
 /** @typedef {{ file: Blob, width: number, height: number }} PhotographRequest the size of the picture as it is shown */
 /** @typedef {{ files: Map<string, Uint8Array>, mmPerUnit: number | undefined }} ScanRequest */
-/** @typedef {{ id: number, frame: ImageBitmap | ImageData, intrinsics: number[], focalDeviation: number, fit: boolean }} EstimateRequest intrinsics are fx, fy, cx, cy, k1, k2, p1, p2, k3; the deviation is a fraction, 0 for a camera that is known */
-/** @typedef {{ id: number, frame: ImageBitmap | ImageData, intrinsics: number[], focalDeviation: number, columns: number }} FlattenRequest */
+/** @typedef {{ id: number, frame: ImageBitmap | ImageData, intrinsics: number[], source: CameraSource, fit: boolean }} EstimateRequest intrinsics are fx, fy, cx, cy, k1, k2, p1, p2, k3 */
+/** @typedef {{ id: number, frame: ImageBitmap | ImageData, intrinsics: number[], source: CameraSource, columns: number }} FlattenRequest */
 /** @typedef {{ ids: number[], estimated: boolean, frame: ImageBitmap | ImageData, intrinsics: number[], focal: number }} FindRequest `focal`: of the canonical image, pixels */
 
 /**

@@ -1,6 +1,6 @@
 //! `deepsft reconstruct`: the template in photographs.
 
-use crate::camera_choice::{self, CameraReport, camera_of, focal_deviation};
+use crate::camera_choice::{self, CameraReport, camera_of, origin};
 use crate::failure::{self, usage};
 use crate::mesh_choice::MeshChoice;
 use crate::object_choice::{ChosenTarget, DescriptorChoice, ObjectChoice};
@@ -221,9 +221,7 @@ impl Object {
         let (estimate, told) = match &mut self.recovery {
             // The finder fits by itself.
             None => stages.time("find_and_fit", || {
-                let estimated = self
-                    .finder
-                    .estimate_with_camera(&image, &assumed, focal_deviation(source));
+                let estimated = self.finder.estimate_with_camera(&image, &assumed, origin(source));
                 pollster::block_on(estimated)
             })?,
             Some(recovery) => {
@@ -380,17 +378,23 @@ fn verdict(judgement: &Judgement) -> String {
 
 /// Where the camera comes from, where nobody gave it.
 fn words(assumed: &Camera, source: &str, told: Option<&CalibratedCamera>) -> String {
-    let focal = assumed.focal().x;
     let from = match source {
         "exif" => "from EXIF",
         "assumed" => "assumed (a typical phone)",
         _ => return String::new(),
     };
-    let Some(told) = told else {
-        return format!(", f = {focal:.0} px {from}");
+    let focal = assumed.focal().x;
+    let focal = match told {
+        Some(told) => {
+            let (told, percent) = (told.camera.focal().x, 100.0 * told.focal_deviation);
+            format!(", f = {told:.0} px (+- {percent:.0} %) by the sheet, {focal:.0} {from}")
+        }
+        None => format!(", f = {focal:.0} px {from}"),
     };
-    let (told, percent) = (told.camera.focal().x, 100.0 * told.focal_deviation);
-    format!(", f = {told:.0} px (+- {percent:.0} %) by the sheet, {focal:.0} {from}")
+    match origin(source).is_cropped(assumed.size()) {
+        true => focal + ", the photograph was cropped",
+        false => focal,
+    }
 }
 
 /// Least, median and greatest depth inside the mask, mm.

@@ -5,6 +5,7 @@
 //! answers with a [`Start`](deepsft_geometry::fitting::Start), maps or a mesh, or with nothing. The fit makes a
 //! [`Surface`](deepsft_geometry::Surface) of it, whose verdict tells whether the target is there.
 
+mod camera_origin;
 mod finder;
 mod finder_kind;
 mod picture_descriptors;
@@ -12,6 +13,7 @@ mod target;
 mod target_finder;
 mod view;
 
+pub use camera_origin::CameraOrigin;
 pub use finder::{DescriptorFinder, Finder};
 pub use finder_kind::FinderKind;
 pub use picture_descriptors::SharedDescriptorNetwork;

@@ -1,5 +1,6 @@
 //! The finders of one target.
 
+use super::camera_origin::CameraOrigin;
 use super::finder::{DescriptorFinder, Finder};
 use super::finder_kind::FinderKind;
 use super::picture_descriptors::SharedDescriptorNetwork;
@@ -18,6 +19,10 @@ const CLEAR: f64 = 0.8;
 
 /// How much surer than before of the focal length one view of a sheet must be to tell it: the fraction of the standard deviation that is left.
 const TOLD: f64 = 0.5;
+
+/// Part of the print, beside that before, which a camera that was told must still explain. With a longer focal length the canonical image
+/// shows it smaller.
+const STILL_SEEN: f32 = 0.8;
 
 /// Updates of the camera at most.
 const MAX_UPDATES: usize = 30;
@@ -157,8 +162,8 @@ impl TargetFinder {
     }
 
     /// Estimates the target in `image` and the camera that took it, by [`SelfCalibration`] from this one view. `assumed` is the likeliest
-    /// camera, `focal_deviation` the standard deviation of ln f around it; 0 for a camera that is known. The camera is `None` where the sheet
-    /// does not tell it, frontal or not found: the estimate is before the assumed one then.
+    /// camera, of this `origin`. The camera is `None` where it is known or the sheet does not tell it, frontal or not found: the estimate is
+    /// before the assumed one then.
     ///
     /// # Errors
     /// As [`Finder::find`].
@@ -166,14 +171,15 @@ impl TargetFinder {
         &mut self,
         image: &Picture,
         assumed: &Camera,
-        focal_deviation: f64,
+        origin: CameraOrigin,
     ) -> Result<(Estimate, Option<CalibratedCamera>), DeepSftError> {
         let mut view = View::new(image, assumed);
         let seen = self.in_views(&mut view, None).await?;
-        if let Some((told, mesh)) = self.told_camera(&mut view, &seen, focal_deviation)? {
+        if let Some((told, mesh)) = self.told_camera(&mut view, &seen, origin.focal_deviation(assumed.size()))? {
             let mut view = View::new(image, &told.camera);
             let again = self.in_views(&mut view, seen.by.map(|by| (by, mesh))).await?;
-            if again.worth() >= seen.worth() {
+            let is_seen = again.judgement.found && again.judgement.confidence >= STILL_SEEN * seen.judgement.confidence;
+            if is_seen {
                 return Ok((self.in_close_ups(&view, again)?, Some(told)));
             }
         }

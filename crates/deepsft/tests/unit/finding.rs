@@ -3,7 +3,9 @@
 use crate::printed_box::printed_box;
 use deepsft::features::GradeLevel;
 use deepsft::session::{Session, VideoFollower};
-use deepsft::{DeepSftError, DescriptorFinder, FinderKind, SharedDescriptorNetwork, Target, TargetFinder, View};
+use deepsft::{
+    CameraOrigin, DeepSftError, DescriptorFinder, FinderKind, SharedDescriptorNetwork, Target, TargetFinder, View,
+};
 use deepsft_geometry::glam::{DQuat, DVec2, DVec3};
 use deepsft_geometry::metrics::frame_metrics;
 use deepsft_geometry::raster::VisibleSurface;
@@ -123,6 +125,52 @@ fn a_picture_is_found_fitted_and_judged_and_an_empty_room_is_not() {
     let wall = Picture::from_fn(960, 540, |x, y| [(90 + (x / 31 + y / 17) % 2 * 60) as u8; 3]);
     let nothing = pollster::block_on(finder.estimate(&mut View::new(&wall, &camera))).unwrap();
     assert!(!nothing.judgement.found, "{:?}", nothing.judgement);
+}
+
+/// In a frame with a tilted, bent sheet the camera is told from one that is 20 % too short; a known one is left as it is.
+#[test]
+fn one_photograph_of_a_bent_sheet_tells_its_camera() {
+    let target = Target::from_picture(print(), 297.0).unwrap();
+    let (camera, image, _, bent) = photograph(target.template());
+    let mut finder = TargetFinder::new(target).unwrap();
+    let short = camera.zoomed(0.8);
+    let mut estimate = |camera: &Camera, origin| {
+        let (estimate, told) = pollster::block_on(finder.estimate_with_camera(&image, camera, origin)).unwrap();
+        let vertices = estimate.surface.unwrap().vertices_camera;
+        let mean_z = |vertices: &[DVec3]| vertices.iter().map(|p| p.z).sum::<f64>() / vertices.len() as f64;
+        let fraction = mean_z(&vertices) / mean_z(&bent);
+        (fraction, told)
+    };
+    let (depth, told) = estimate(&short, CameraOrigin::Assumed);
+    let told = told.unwrap();
+    let ratio = told.camera.focal().x / camera.focal().x;
+    assert!(
+        (ratio.ln() / told.focal_deviation).abs() < 2.0 && (ratio - 1.0).abs() < 0.08,
+        "{ratio} {}",
+        told.focal_deviation
+    );
+    assert!((depth - 1.0).abs() < 0.08, "{depth}");
+    assert!((told.assumed, told.camera.size()) == (short, camera.size()));
+    let (depth, told) = estimate(&short, CameraOrigin::Known);
+    assert!(told.is_none() && (depth - 0.8).abs() < 0.03, "{depth}");
+}
+
+#[test]
+fn images_of_no_cameras_shape_were_cropped() {
+    for (size, is_cropped) in [
+        ((4000, 3000), false),
+        ((3024, 4032), false),
+        ((1920, 1080), false),
+        ((1080, 1080), false),
+        ((6000, 4000), false),
+        ((1956, 2485), true),
+        ((2340, 1080), true),
+    ] {
+        let size = size.into();
+        assert_eq!(CameraOrigin::Exif.is_cropped(size), is_cropped, "{size}");
+        assert!(!CameraOrigin::Known.is_cropped(size));
+        assert_eq!(CameraOrigin::Known.focal_deviation(size), 0.0);
+    }
 }
 
 /// The camera held a quarter turned sees the same mesh, turned, in maps that stand upright.
