@@ -12,7 +12,7 @@ export type EstimateOptions = {
     target?: Target;
     /**
      * when absent what a photograph's EXIF data tell, if the image is a Blob or File with some; else
-     * estimated
+     * estimated. Either way a tilted or bent sheet tells it better, and then `estimate.camera.source` is `calibrated`
      */
     camera?: CameraOption;
     /**

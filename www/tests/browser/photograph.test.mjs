@@ -23,6 +23,10 @@ const FOCAL = 763.72;
 /** Of the depth of a mesh that was fitted to the image, as a fraction: half a per cent are the focal length's. */
 const MAX_ERROR = 0.02;
 
+const TEXTURE = join(MODEL, "template", "texture.png");
+/** Of the poster's print. */
+const WIDTH_MM = 297;
+
 let folder;
 let clip;
 let picture;
@@ -44,8 +48,9 @@ test("a photograph is measured with the camera of its EXIF data, turned or not, 
     };
     const paths = Object.keys(files).map((name) => join(folder, `${name}.jpg`));
     await Promise.all(Object.values(files).map((bytes, i) => writeFile(paths[i], bytes)));
-    await deepsft("reconstruct", "--model", MODEL, "--out", join(folder, "native"), ...paths);
-    const seen = await page.evaluate(async (files) => {
+    await deepsft("reconstruct", "--model", MODEL, "--mesh", "complete", "--out", join(folder, "native"), ...paths);
+    await deepsft("reconstruct", "--picture", TEXTURE, "--size-mm", String(WIDTH_MM), "--out", join(folder, "told"), paths[0]);
+    const seen = await page.evaluate(async ({ widthMm, ...files }) => {
       const sft = await deepsft.DeepSft.load("/models/poster-a4/", { device: "cpu" });
       const seen = {};
       for (const [name, base64] of Object.entries(files)) {
@@ -60,9 +65,14 @@ test("a photograph is measured with the camera of its EXIF data, turned or not, 
       const given = await sft.estimate(straight, { camera: deepsft.estimatedCamera });
       seen.given = { camera: given.camera };
       given.close();
+      const target = await sft.addPicture("/models/poster-a4/template/texture.png", { widthMm });
+      const plain = new Blob([Uint8Array.from(atob(files.plain), (c) => c.charCodeAt(0))]);
+      const told = await sft.estimate(plain, { target });
+      seen.told = { camera: told.camera, vertices: [...(await told.completeMesh()).vertices] };
+      told.close();
       sft.close();
       return seen;
-    }, Object.fromEntries(Object.entries(files).map(([name, bytes]) => [name, bytes.toString("base64")])));
+    }, Object.fromEntries(Object.entries(files).map(([name, bytes]) => [name, bytes.toString("base64")]).concat([["widthMm", WIDTH_MM]])));
     const truth = meanDepth(clip.frames[0].vertices);
     for (const [name, source, focal] of [["plain", "estimated", 632], ["straight", "exif", FOCAL], ["turned", "exif", FOCAL]]) {
       const { camera, found, columns, vertices } = seen[name];
@@ -78,6 +88,14 @@ test("a photograph is measured with the camera of its EXIF data, turned or not, 
       assert.ok(Math.abs(native.fx - camera.fx) < 1e-9, `${name}: ${native.fx}`);
     }
     assert.equal(seen.given.camera.source, "estimated");
+    // A picture's mesh is fitted, and a sheet that is fitted tells the camera where nobody knows it.
+    const { camera, vertices } = seen.told;
+    const off = meanDepth(vertices) / truth - 1;
+    t.diagnostic(`told by the sheet: f ${camera.fx} (+- ${camera.spread}), depth off by ${(100 * off).toFixed(2)} %`);
+    assert.equal(camera.source, "calibrated");
+    assert.ok(Math.abs(camera.fx - 760) < Math.min(2 * camera.spread, 60) && Math.abs(off) < 0.08, `${camera.fx} ${off}`);
+    const { camera: native } = JSON.parse(await readFile(join(folder, "told", "plain", "report.json"), "utf8"));
+    assert.ok(native.source === "sheet" && Math.abs(native.fx / camera.fx - 1) < 0.01, JSON.stringify(native));
   }),
 );
 

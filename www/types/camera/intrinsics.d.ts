@@ -59,7 +59,8 @@ export type SourcedCamera = Camera & {
  *   see more than about 100 degrees
  */
 /**
- * Where intrinsics come from: the caller, a calibration made in this browser, a photograph's EXIF data, or the typical phone.
+ * Where intrinsics come from: the caller, a calibration made in this browser (by a sheet that moves, or one in a photograph), a
+ * photograph's EXIF data, or the typical phone.
  *
  * @typedef {"given" | "calibrated" | "exif" | "estimated"} CameraSource
  */

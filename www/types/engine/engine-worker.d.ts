@@ -1,4 +1,5 @@
 import { WorkerCalls } from "./worker-calls.js";
+import type { CameraSource } from "../camera/intrinsics.js";
 import type { RawEstimate as EngineEstimate, RawFlatPrint, RawMesh } from "../../pkg/deepsft_web.js";
 import type { LoadProgress } from "./bundle.js";
 import type { DeepSftErrorCode } from "../error.js";
@@ -79,12 +80,14 @@ export type EstimateRequest = {
     id: number;
     frame: ImageBitmap | ImageData;
     intrinsics: number[];
+    source: CameraSource;
     fit: boolean;
 };
 export type FlattenRequest = {
     id: number;
     frame: ImageBitmap | ImageData;
     intrinsics: number[];
+    source: CameraSource;
     columns: number;
 };
 export type FindRequest = {

@@ -53,8 +53,8 @@ The command writes for each image DIR/<name of the image>/ with
   report.json       whether the object was found, how sure that is, the cameras, the time of each stage
 
 Maps belong to the canonical 480 x 270 image; report.json has its camera, zoomed out for an object that is too near. Of an upright photograph
-all stand upright: 480 rows of 270. Without --camera the focal length is what the photograph's EXIF data tell, or else that of a typical phone: depths are wrong by the same fraction as it is.
-The line of each image says which. deepsft camera calibrate makes a camera file.
+all stand upright: 480 rows of 270. Without --camera the focal length is what a tilted or bent sheet tells, or else the
+photograph's EXIF data, or else that of a typical phone: depths are wrong by the same fraction as it is. The line of each image says which. deepsft camera calibrate makes a camera file.
 
 Each image has one line. One that cannot be used does not stop the others; the exit code is 3 then.
 
