@@ -6,7 +6,6 @@ mod canonical_truth;
 mod clip;
 mod dataset;
 mod deform;
-mod edge_lengths;
 mod error;
 mod in_order;
 pub mod random;
@@ -22,8 +21,8 @@ pub use clip::{
     TRUTH_FOLDER, frame_name,
 };
 pub use dataset::{
-    DATASET_FILE, DatasetDescription, DatasetFolder, DatasetPart, DatasetPlan, IndexedShards, ShapeCounts,
-    UnfinishedDataset, dataset_parts, write_dataset,
+    DATASET_FILE, DatasetDescription, DatasetFolder, DatasetPart, DatasetPlan, IndexedShards, UnfinishedDataset,
+    dataset_parts, write_dataset,
 };
 pub use deepsft_formats::CAMERA_FILE;
 pub use deform::DeformationConfig;

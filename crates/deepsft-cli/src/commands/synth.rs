@@ -9,8 +9,7 @@ use clap::Args;
 use deepsft::encode_png;
 use deepsft_formats::read_template;
 use deepsft_synth::{
-    DATASET_FILE, DatasetDescription, DatasetFolder, DatasetPart, DatasetPlan, Sample, Synthesizer, UnfinishedDataset,
-    dataset_parts,
+    DATASET_FILE, DatasetFolder, DatasetPart, DatasetPlan, Sample, Synthesizer, UnfinishedDataset, dataset_parts,
 };
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -26,8 +25,6 @@ The command writes DIR/dataset.json and tar shards in the WebDataset layout. A s
   NNNNNN.depth.png  16-bit, tenths of a millimetre, 0 where the object is not seen
   NNNNNN.uv.png     16-bit, u and v in red and green, 65535 is 1
   NNNNNN.json       camera, seed, index, light, the mesh in camera coordinates
-dataset.json says how isometric the deformations are: median and 95th percentile of the relative change of the mesh's edge
-lengths, over all samples. For a template that is no sheet it also counts the shapes that had to be weakened.
 
 Finished shards stay in DIR.partial until all are there. The command resumes after any interruption and makes no finished
 shard again.
@@ -111,7 +108,6 @@ pub fn run(arguments: &SynthArguments) -> Result<()> {
         }
         _ => make(arguments, &synthesizer, plan, &place)?,
     }
-    print_deformations(DatasetFolder::open(&place)?.description());
     if let Some(part) = arguments.shard {
         match DatasetFolder::open(&arguments.out) {
             Ok(whole) => {
@@ -123,9 +119,8 @@ pub fn run(arguments: &SynthArguments) -> Result<()> {
                     whole.samples,
                     arguments.out.display()
                 );
-                print_deformations(whole);
             }
-            Err(_) => println!("these figures are of part {} of {} only", part.number(), part.of()),
+            Err(_) => println!("part {} of {}: others are still to be made", part.number(), part.of()),
         }
     }
     Ok(())
@@ -191,25 +186,6 @@ fn make(arguments: &SynthArguments, synthesizer: &Synthesizer, plan: DatasetPlan
     let rate = made as f64 / start.elapsed().as_secs_f64();
     println!("{made} samples, {rate:.1} per second: {}", place.display());
     Ok(())
-}
-
-fn print_deformations(description: &DatasetDescription) {
-    if let Some(change) = &description.edge_length_change {
-        println!(
-            "edge lengths change by {:.2} % (median) and {:.2} % (95th percentile) over {} samples with the object",
-            100.0 * change.median,
-            100.0 * change.p95,
-            change.histogram.samples
-        );
-    }
-    if let Some(shapes) = &description.handle_shapes
-        && shapes.weakened + shapes.at_rest > 0
-    {
-        println!(
-            "of {} shapes {} were made weaker than drawn and {} left at rest, to keep the lengths of edges",
-            shapes.shapes, shapes.weakened, shapes.at_rest
-        );
-    }
 }
 
 #[cfg(test)]

@@ -2,7 +2,6 @@
 
 use super::Reason;
 use super::entries::{DEPTH_UNITS_PER_MM, UV_ONE};
-use crate::edge_lengths::{EdgeLengthHistogram, EdgeLengthSummary};
 use crate::error::SynthError;
 use deepsft_formats::{fingerprint, template_fingerprint};
 use deepsft_geometry::Template;
@@ -53,39 +52,6 @@ pub struct DatasetDescription {
     /// Differs when template, configuration or photographs do: with seed and index it determines a sample.
     #[serde(default)]
     pub fingerprint: String,
-    /// How isometric the deformations are, where that was counted.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub edge_length_change: Option<EdgeLengthSummary>,
-    /// How many shapes came out as they were drawn, where control points made them.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub handle_shapes: Option<ShapeCounts>,
-}
-
-/// How many of a data set's shapes that control points made are what was drawn, of the samples that show the object.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct ShapeCounts {
-    /// All of them.
-    pub shapes: u64,
-    /// Those that were made weaker, to keep the bounds on edge lengths.
-    pub weakened: u64,
-    /// Those that could not be made at all: the object has its rest shape.
-    pub at_rest: u64,
-}
-
-impl ShapeCounts {
-    /// Counts a shape by its strength: 1 as drawn, 0 at rest.
-    pub(super) fn count(&mut self, strength: f64) {
-        self.shapes += 1;
-        self.weakened += u64::from(strength > 0.0 && strength < 1.0);
-        self.at_rest += u64::from(strength == 0.0);
-    }
-
-    /// Adds the counts of other samples. What is too large stays the largest number there is.
-    fn add(&mut self, other: &Self) {
-        self.shapes = self.shapes.saturating_add(other.shapes);
-        self.weakened = self.weakened.saturating_add(other.weakened);
-        self.at_rest = self.at_rest.saturating_add(other.at_rest);
-    }
 }
 
 impl DatasetDescription {
@@ -107,18 +73,6 @@ impl DatasetDescription {
             configuration_fingerprint: fingerprint(&configuration),
             configuration,
             fingerprint: String::new(),
-            edge_length_change: None,
-            handle_shapes: None,
-        }
-    }
-
-    /// Adds what was counted of further samples.
-    pub(super) fn count(&mut self, edge_lengths: &EdgeLengthHistogram, shapes: &ShapeCounts) {
-        if edge_lengths.samples > 0 {
-            self.edge_length_change.get_or_insert_default().add(edge_lengths);
-        }
-        if shapes.shapes > 0 {
-            self.handle_shapes.get_or_insert_default().add(shapes);
         }
     }
 
@@ -130,16 +84,10 @@ impl DatasetDescription {
         if (&next.fingerprint, next.seed) != (&self.fingerprint, self.seed) || !follows {
             return Err("it is part of another data set than those before it".into());
         }
-        // A part with samples that does not say them: of the whole they are not known either.
-        let says = |part: &Self| part.samples == 0 || part.handle_shapes.is_some();
-        let known = says(self) && says(&next);
         self.samples = samples;
         self.shards.append(&mut next.shards);
         self.shard_bytes.append(&mut next.shard_bytes);
         self.shard_sha256.append(&mut next.shard_sha256);
-        let edge_lengths = next.edge_length_change.unwrap_or_default().histogram;
-        self.count(&edge_lengths, &next.handle_shapes.unwrap_or_default());
-        self.handle_shapes = self.handle_shapes.filter(|_| known);
         Ok(())
     }
 

@@ -19,7 +19,7 @@ mod part;
 mod unfinished;
 mod writer;
 
-pub use description::{DATASET_FILE, DatasetDescription, ShapeCounts};
+pub use description::{DATASET_FILE, DatasetDescription};
 pub use folder::DatasetFolder;
 pub use index::IndexedShards;
 pub use part::{DatasetPart, dataset_parts};

@@ -6,7 +6,7 @@
 use super::description::DatasetDescription;
 use super::entries::encode;
 use super::part::DatasetPart;
-use super::writer::{CodedSample, FinishedShard, finish, write_shard};
+use super::writer::{FinishedShard, finish, write_shard};
 use crate::error::SynthError;
 use crate::in_order::in_order;
 use crate::scene::Synthesizer;
@@ -144,16 +144,11 @@ impl UnfinishedDataset {
     }
 }
 
-/// A sample as it stands in a shard, and what is counted of it.
-fn coded_sample(synthesizer: &Synthesizer, seed: u64, index: u64) -> Result<CodedSample, SynthError> {
-    let (sample, strength) = synthesizer.sample_and_strength(seed, index);
+/// The entries of a sample in a shard.
+fn coded_sample(synthesizer: &Synthesizer, seed: u64, index: u64) -> Result<[Vec<u8>; 4], SynthError> {
+    let sample = synthesizer.sample(seed, index);
     synthesizer.check_photographs()?;
-    let seen = sample.has_template;
-    Ok(CodedSample {
-        entries: encode(seed, index, &sample)?,
-        edge_lengths: seen.then(|| synthesizer.edge_length_changes(&sample)),
-        handle_strength: strength.filter(|_| seen),
-    })
+    encode(seed, index, &sample)
 }
 
 /// In what two plans differ, for people.

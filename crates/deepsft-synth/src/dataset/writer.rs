@@ -1,8 +1,7 @@
 //! Shards written whole: under another name, brought to the disk and renamed.
 
-use super::description::{DATASET_FILE, DatasetDescription, ShapeCounts};
+use super::description::{DATASET_FILE, DatasetDescription};
 use super::entries::{ENTRIES, encode};
-use crate::edge_lengths::EdgeLengthHistogram;
 use crate::error::SynthError;
 use crate::sample::Sample;
 use deepsft_formats::{FolderKind, FormatError, StagedFolder, sha256_file};
@@ -19,24 +18,13 @@ const OPEN_SHARD: &str = "shard.tmp";
 /// Samples per shard of a data set that is written at once.
 const SHARD_SIZE: usize = 500;
 
-/// A shard that is written, and what was counted of its samples.
+/// A shard that is written.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct FinishedShard {
     pub(super) name: String,
     pub(super) bytes: u64,
     sha256: String,
     pub(super) samples: u64,
-    edge_lengths: EdgeLengthHistogram,
-    handle_shapes: ShapeCounts,
-}
-
-/// A sample as it stands in a shard, and what is counted of it.
-pub(super) struct CodedSample {
-    pub(super) entries: [Vec<u8>; 4],
-    /// Changes of the lengths of the mesh's edges; none where they do not count.
-    pub(super) edge_lengths: Option<Vec<f64>>,
-    /// Strength of the shape, where control points made it and it is seen.
-    pub(super) handle_strength: Option<f64>,
 }
 
 /// Writes the data set of `samples` of `template`, made with `seed` and the settings `configuration`, to `place`. The first
@@ -52,13 +40,7 @@ pub fn write_dataset<E: From<SynthError>>(
     samples: impl Iterator<Item = Result<Sample, E>>,
 ) -> Result<(), E> {
     let folder = StagedFolder::new(place, &FolderKind::DATASET).map_err(SynthError::from)?;
-    let coded = |(index, sample): (u64, Result<Sample, E>)| -> Result<CodedSample, E> {
-        Ok(CodedSample {
-            entries: encode(seed, index, &sample?)?,
-            edge_lengths: None,
-            handle_strength: None,
-        })
-    };
+    let coded = |(index, sample): (u64, Result<Sample, E>)| Ok::<_, E>(encode(seed, index, &sample?)?);
     let mut samples = (0..).zip(samples).map(coded).peekable();
     let mut shards = Vec::new();
     while samples.peek().is_some() {
@@ -72,11 +54,11 @@ pub fn write_dataset<E: From<SynthError>>(
     Ok(finish(folder, description, shards)?)
 }
 
-/// Writes the shard of this number into `folder`. One that fails leaves nothing: it may be the disk that is full.
+/// Writes the shard of this number of the coded `samples` into `folder`. One that fails leaves nothing: it may be the disk that is full.
 pub(super) fn write_shard<E: From<SynthError>>(
     folder: &Path,
     number: usize,
-    samples: impl Iterator<Item = Result<CodedSample, E>>,
+    samples: impl Iterator<Item = Result<[Vec<u8>; 4], E>>,
 ) -> Result<FinishedShard, E> {
     let name = format!("shard-{number:06}.tar");
     let (beside, path) = (folder.join(OPEN_SHARD), folder.join(&name));
@@ -88,12 +70,9 @@ pub(super) fn write_shard<E: From<SynthError>>(
             bytes: 0,
             sha256: String::new(),
             samples: 0,
-            edge_lengths: EdgeLengthHistogram::default(),
-            handle_shapes: ShapeCounts::default(),
         };
         for sample in samples {
-            let sample = sample?;
-            for (ending, content) in ENTRIES.into_iter().zip(&sample.entries) {
+            for (ending, content) in ENTRIES.into_iter().zip(sample?) {
                 // Nothing of the machine or the moment goes into the header: equal samples are equal bytes.
                 let mut header = tar::Header::new_ustar();
                 header.set_size(content.len() as u64);
@@ -104,12 +83,6 @@ pub(super) fn write_shard<E: From<SynthError>>(
                     .map_err(failed)?;
             }
             shard.samples += 1;
-            if let Some(changes) = sample.edge_lengths {
-                shard.edge_lengths.count(changes);
-            }
-            if let Some(strength) = sample.handle_strength {
-                shard.handle_shapes.count(strength);
-            }
         }
         let synced = || -> io::Result<u64> {
             let mut out = archive.into_inner()?;
@@ -138,7 +111,6 @@ pub(super) fn finish(
 ) -> Result<(), SynthError> {
     for shard in shards {
         description.samples += shard.samples;
-        description.count(&shard.edge_lengths, &shard.handle_shapes);
         description.shards.push(shard.name);
         description.shard_bytes.push(shard.bytes);
         description.shard_sha256.push(shard.sha256);

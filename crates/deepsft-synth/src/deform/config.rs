@@ -1,6 +1,6 @@
 //! Which deformations of a sheet are drawn, and how strong they are.
 
-use crate::edge_lengths::EdgeLengthChange;
+use crate::deform::relaxation::EdgeLengthChange;
 use crate::random::between;
 use rand::Rng;
 use serde::Serialize;

@@ -1,7 +1,6 @@
 //! Deformations of any mesh by control points: some regions are turned at random, the rest follows as rigidly as possible.
 
-use crate::deform::relaxation::edge_length_changes;
-use crate::edge_lengths::EdgeLengthChange;
+use crate::deform::relaxation::EdgeLengthChange;
 use crate::error::SynthError;
 use crate::random::{between, unit_direction};
 use deepsft_geometry::VertexPoint;
@@ -99,9 +98,9 @@ impl ControlPointDeformation {
     }
 
     /// The vertices of the mesh after a random deformation, mm, template frame, laid on the rest shape as well as a rigid motion
-    /// can, and the fraction of the drawn turns and shifts that is in it: 0 where the rest shape was kept. One that changes edge lengths by `most` or more is made weaker; what does so at a
-    /// tenth of its strength keeps the rest shape.
-    pub(crate) fn deform<R: Rng + ?Sized>(&self, most: EdgeLengthChange, rng: &mut R) -> (Vec<DVec3>, f64) {
+    /// can. One that changes edge lengths by `most` or more is made weaker; what does so at a tenth of its strength keeps the rest
+    /// shape.
+    pub(crate) fn deform<R: Rng + ?Sized>(&self, most: EdgeLengthChange, rng: &mut R) -> Vec<DVec3> {
         let rest = self.welding.mesh().vertices();
         let mut order: Vec<usize> = (0..self.control_points.len()).collect();
         order.shuffle(rng);
@@ -129,16 +128,15 @@ impl ControlPointDeformation {
                 points.extend(vertices.iter().map(|&vertex| (vertex, rest[vertex])));
             }
             let Some(vertices) = self.completed(&points) else { break };
-            let change = EdgeLengthChange::of(edge_length_changes(rest, &self.edges, &self.welding.weld(&vertices)));
+            let change = EdgeLengthChange::between(rest, &self.edges, &self.welding.weld(&vertices));
             if change.median <= most.median && change.p95 <= most.p95 {
                 let pairs = vertices.iter().zip(self.mesh.vertices());
                 let motion = RigidMotion::align(pairs.map(|(&from, &to)| (from, to, 1.0)), RigidMotion::IDENTITY);
-                let vertices = vertices.into_iter().map(|p| motion.apply(p)).collect();
-                return (vertices, strength);
+                return vertices.into_iter().map(|p| motion.apply(p)).collect();
             }
             strength *= WEAKENING;
         }
-        (self.mesh.vertices().to_vec(), 0.0)
+        self.mesh.vertices().to_vec()
     }
 
     /// The mesh whose welded vertices are pulled to `points`.

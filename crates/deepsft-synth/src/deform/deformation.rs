@@ -10,9 +10,8 @@
 
 use crate::deform::config::{DeformationConfig, DeformationFamily};
 use crate::deform::manipulation::Manipulation;
-use crate::deform::relaxation::Relaxation;
+use crate::deform::relaxation::{EdgeLengthChange, Relaxation};
 use crate::deform::sheet_shape::Shape;
-use crate::edge_lengths::EdgeLengthChange;
 use deepsft_geometry::{
     Template, TriangleMesh,
     glam::{DQuat, DVec2, DVec3},

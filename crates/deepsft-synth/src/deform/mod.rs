@@ -14,4 +14,5 @@ pub(crate) use bend::{Bend, Rulings};
 pub use config::DeformationConfig;
 pub(crate) use control_points::{ControlPointDeformation, TOY_EDGE_CHANGE};
 pub(crate) use deformation::{deform, face_front};
-pub(crate) use relaxation::edge_length_changes;
+#[cfg(test)]
+pub(crate) use relaxation::EdgeLengthChange;

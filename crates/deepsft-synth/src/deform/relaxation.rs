@@ -1,7 +1,7 @@
 //! Position-based relaxation: vertices move until the mesh's edges have their rest length again.
 
-use crate::edge_lengths::EdgeLengthChange;
 use deepsft_geometry::{Template, glam::DVec3};
+use serde::Serialize;
 
 /// Fraction of the error of a row's or column's second difference that one sweep removes: high enough
 /// to keep compressed edges from buckling into zigzags, low enough that edge lengths win.
@@ -40,7 +40,7 @@ impl Relaxation {
 
     /// How far the edges' lengths are from those at `rest`.
     pub(crate) fn change(&self, rest: &[DVec3], vertices: &[DVec3]) -> EdgeLengthChange {
-        EdgeLengthChange::of(edge_length_changes(rest, &self.edges, vertices))
+        EdgeLengthChange::between(rest, &self.edges, vertices)
     }
 
     /// Runs `sweeps` Gauss-Seidel sweeps over all constraints, every second one in reverse order so
@@ -91,22 +91,58 @@ fn keep_length(vertices: &mut [DVec3], [a, b]: [usize; 2], rest_squared: f64) {
     vertices[b] += correction;
 }
 
-/// |l / l0 - 1| of each edge whose rest length is not zero and whose ends are in `deformed`.
-pub(crate) fn edge_length_changes(rest: &[DVec3], edges: &[[usize; 2]], deformed: &[DVec3]) -> Vec<f64> {
-    edges
-        .iter()
-        .filter_map(|&[a, b]| {
-            let length = deformed.get(a)?.distance(*deformed.get(b)?);
-            let rest_length = rest.get(a)?.distance(*rest.get(b)?);
-            (rest_length > 0.0).then(|| (length / rest_length - 1.0).abs())
-        })
-        .collect()
+/// Relative change |l / l0 - 1| of a mesh's edge lengths under a deformation.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct EdgeLengthChange {
+    /// Median over the edges, each counted once.
+    pub median: f64,
+    /// 95th percentile over the edges.
+    pub p95: f64,
+}
+
+impl EdgeLengthChange {
+    /// Median and 95th percentile (nearest rank) over `edges` from `rest` to `deformed`, but for edges whose rest length is zero.
+    pub(crate) fn between(rest: &[DVec3], edges: &[[usize; 2]], deformed: &[DVec3]) -> Self {
+        Self::of(edge_length_changes(rest, edges, deformed))
+    }
+
+    /// Of the given changes; zeros when there are none.
+    pub(crate) fn of(mut changes: Vec<f64>) -> Self {
+        let mut percentile = |fraction: f64| {
+            let rank = (changes.len() as f64 * fraction).ceil().max(1.0) as usize - 1;
+            match rank < changes.len() {
+                true => *changes.select_nth_unstable_by(rank, f64::total_cmp).1,
+                false => 0.0,
+            }
+        };
+        Self {
+            median: percentile(0.5),
+            p95: percentile(0.95),
+        }
+    }
+}
+
+/// |l / l0 - 1| of each edge whose rest length is not zero.
+fn edge_length_changes(rest: &[DVec3], edges: &[[usize; 2]], deformed: &[DVec3]) -> Vec<f64> {
+    let changes = edges.iter().filter_map(|&[a, b]| {
+        let rest_length = rest[a].distance(rest[b]);
+        (rest_length > 0.0).then(|| (deformed[a].distance(deformed[b]) / rest_length - 1.0).abs())
+    });
+    changes.collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use deepsft_geometry::Picture;
+
+    #[test]
+    fn the_95th_of_a_hundred_changes_is_the_nearest_rank() {
+        let change = EdgeLengthChange::of((1..=100).rev().map(f64::from).collect());
+        assert_eq!((change.median, change.p95), (50.0, 95.0));
+        let nothing = EdgeLengthChange::of(Vec::new());
+        assert_eq!((nothing.median, nothing.p95), (0.0, 0.0));
+    }
 
     #[test]
     fn edges_that_a_sharp_fold_cuts_short_recover_their_length() {

@@ -50,29 +50,22 @@ impl Ingredients {
         })
     }
 
-    /// The vertices of a random shape in a random pose, mm, camera frame.
+    /// The vertices of a random shape in a random pose, mm, camera frame. Any side of a template that is no sheet may look at the
+    /// camera: it is turned about its upright axis first, then posed as a sheet is.
     pub(crate) fn sample_vertices(&self, rng: &mut Pcg64Mcg) -> Vec<DVec3> {
-        self.sample_shape(rng).0
-    }
-
-    /// The vertices of a random shape in a random pose, mm, camera frame, and the strength of the shape where control points
-    /// made it. Any side of a template that is no sheet may look at the camera: it is turned about its upright axis first,
-    /// then posed as a sheet is.
-    pub(crate) fn sample_shape(&self, rng: &mut Pcg64Mcg) -> (Vec<DVec3>, Option<f64>) {
-        let (vertices_template, strength) = match &self.control_points {
-            None => (deform(&self.template, &self.config.deformation, rng), None),
+        let vertices_template: Vec<DVec3> = match &self.control_points {
+            None => deform(&self.template, &self.config.deformation, rng),
             Some(control_points) => {
                 let most = self.config.deformation.max_edge_change;
                 let most = if most.p95 > 0.0 { TOY_EDGE_CHANGE } else { most };
-                let (vertices, strength) = control_points.deform(most, rng);
+                let vertices = control_points.deform(most, rng);
                 let turn = DQuat::from_rotation_y(rng.random_range(0.0..std::f64::consts::TAU));
-                let turned = vertices.into_iter().map(|p| turn * p);
-                (turned.collect(), Some(strength))
+                vertices.into_iter().map(|p| turn * p).collect()
             }
         };
         let pose = sample_pose(&self.config.camera, &vertices_template, &self.config.pose, rng);
         let posed = vertices_template.into_iter().map(|p| pose.transform_point3(p));
-        (posed.collect(), strength)
+        posed.collect()
     }
 
     /// A background picture for a scene.

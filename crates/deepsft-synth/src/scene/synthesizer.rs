@@ -1,6 +1,5 @@
 //! Synthetic samples: a pure function of (template, configuration, seed, index).
 
-use crate::deform::edge_length_changes;
 use crate::error::SynthError;
 use crate::random::{Stream, generator};
 use crate::render::projected_mesh::ProjectedMesh;
@@ -38,8 +37,6 @@ const VIEW_TRIES: usize = 12;
 #[derive(Clone, Debug)]
 pub struct Synthesizer {
     ingredients: Ingredients,
-    /// The edges of the template's mesh.
-    edges: Vec<[usize; 2]>,
 }
 
 impl Synthesizer {
@@ -52,7 +49,6 @@ impl Synthesizer {
     pub fn new(template: &Template, config: SynthConfig) -> Result<Self, SynthError> {
         Ok(Self {
             ingredients: Ingredients::new(template, config)?,
-            edges: template.mesh().edges(),
         })
     }
 
@@ -104,43 +100,32 @@ impl Synthesizer {
         fingerprint(&(self.config(), template_fingerprint(self.template()), photographs))
     }
 
-    /// Relative changes of the lengths of the mesh's edges in a sample, one per edge; none without the template.
-    pub fn edge_length_changes(&self, sample: &Sample) -> Vec<f64> {
-        edge_length_changes(self.template().mesh().vertices(), &self.edges, &sample.vertices_camera)
-    }
-
     /// Sample `index` of the data set `seed`: always the same for the same template, configuration, photographs,
     /// seed and index.
     pub fn sample(&self, seed: u64, index: u64) -> Sample {
-        self.sample_and_strength(seed, index).0
-    }
-
-    /// [`Synthesizer::sample`], and where control points made its shape the fraction of the drawn turns and shifts that is in it: 1 where they kept
-    /// the bounds on edge lengths, less where they were weakened, 0 where the rest shape was kept.
-    pub fn sample_and_strength(&self, seed: u64, index: u64) -> (Sample, Option<f64>) {
         let mut rng = generator(seed, index, Stream::Shape);
         let noise_seed = rng.random();
         if rng.random_bool(self.config().empty_probability) {
             let scene =
                 Scene::without_template(&self.ingredients, &mut generator(seed, index, Stream::Scene), &mut rng);
-            return (scene.compose_without_template(noise_seed), None);
+            return scene.compose_without_template(noise_seed);
         }
         let scene = self.scene(seed, index);
-        let mut best: Option<(usize, Vec<DVec3>, Option<f64>, ProjectedMesh)> = None;
+        let mut best: Option<(usize, Vec<DVec3>, ProjectedMesh)> = None;
         for _ in 0..VIEW_TRIES {
-            let (vertices_camera, strength) = self.ingredients.sample_shape(&mut rng);
+            let vertices_camera = self.ingredients.sample_vertices(&mut rng);
             let sheet = ProjectedMesh::new(self.template().mesh(), &vertices_camera, &self.config().camera);
             let visible = scene.visible_area(&sheet);
             if best.as_ref().is_none_or(|(most, ..)| visible > *most) {
-                best = Some((visible, vertices_camera, strength, sheet));
+                best = Some((visible, vertices_camera, sheet));
             }
             if visible >= self.config().min_visible_px {
                 break;
             }
         }
         match best {
-            Some((_, vertices, strength, sheet)) => (scene.compose(vertices, &sheet, noise_seed), strength),
-            None => (scene.compose_without_template(noise_seed), None),
+            Some((_, vertices, sheet)) => scene.compose(vertices, &sheet, noise_seed),
+            None => scene.compose_without_template(noise_seed),
         }
     }
 

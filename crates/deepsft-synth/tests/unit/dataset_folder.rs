@@ -6,7 +6,7 @@ use crate::{
 };
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::{Camera, Maps, Picture, Template, training_camera};
-use serde_json::{Value, json};
+use serde_json::Value;
 use std::fs;
 use std::path::Path;
 
@@ -73,49 +73,20 @@ fn the_first_sample_that_is_an_error_leaves_no_data_set() {
 }
 
 #[test]
-fn the_counts_of_parts_are_added_up() {
-    let counts = |shapes| json!({"shapes": shapes, "weakened": 1, "at_rest": 0});
-    let edges = |samples, bins| json!({"median": 0, "p95": 0, "histogram": {"samples": samples, "bins": bins}});
+fn the_samples_of_parts_are_added_up() {
     let whole = tempfile::tempdir().unwrap();
     let above = tempfile::tempdir().unwrap();
     written(&above.path().join("set"), 0);
     let empty = fs::read(above.path().join("set").join(DATASET_FILE)).unwrap();
-    for (number, (first, samples, part)) in (1..).zip([
-        (
-            0,
-            4,
-            json!({"handle_shapes": counts(3), "edge_length_change": edges(4, [2, 0])}),
-        ),
-        (4, 0, json!({})),
-        (
-            4,
-            5,
-            json!({"handle_shapes": counts(2), "edge_length_change": edges(3, [0, 2])}),
-        ),
-    ]) {
+    for (number, (first, samples)) in (1..).zip([(0, 4), (4, 0), (4, 5)]) {
         let place = whole.path().join(format!("part-{number}-of-3"));
         fs::create_dir(&place).unwrap();
         fs::write(place.join(DATASET_FILE), &empty).unwrap();
         changed(&place, |description| {
             (description["first"], description["samples"]) = (first.into(), samples.into());
-            for (name, value) in part.as_object().unwrap() {
-                description[name] = value.clone();
-            }
         });
     }
     let set = DatasetFolder::open(whole.path()).unwrap();
-    let (shapes, edges) = (set.description().handle_shapes, &set.description().edge_length_change);
-    assert_eq!(
-        shapes.map(|all| (all.shapes, all.weakened, all.at_rest)),
-        Some((5, 2, 0))
-    );
-    let edges = edges.as_ref().unwrap();
-    assert_eq!(
-        (edges.histogram.samples, edges.histogram.bins.as_slice()),
-        (7, &[2, 2][..])
-    );
-    // At the end of the first bin, 2^(1/16) times 1e-6.
-    assert!((edges.median / 1.0443e-6 - 1.0).abs() < 1e-3, "{edges:?}");
     assert_eq!(set.description().samples, 9);
     // A part of another seed, or one that does not follow.
     for (field, value) in [("seed", 4), ("first", 5)] {
@@ -135,38 +106,6 @@ fn the_counts_of_parts_are_added_up() {
     });
     let refused = DatasetFolder::open(whole.path()).unwrap_err().to_string();
     assert!(refused.contains("more samples than can be counted"), "{refused}");
-}
-
-#[test]
-fn shapes_of_parts_are_added_up_where_all_parts_say_them() {
-    let counts = |shapes| json!({"shapes": shapes, "weakened": 1, "at_rest": 0});
-    let above = tempfile::tempdir().unwrap();
-    written(&above.path().join("set"), 0);
-    let empty = fs::read(above.path().join("set").join(DATASET_FILE)).unwrap();
-    for (parts, sum) in [
-        ([(4, counts(3)), (4, counts(2))], Some((5, 2))),
-        ([(4, counts(3)), (4, Value::Null)], None),
-        ([(4, Value::Null), (4, counts(3))], None),
-        ([(4, Value::Null), (4, Value::Null)], None),
-        // A part without samples has nothing to say.
-        ([(4, counts(3)), (0, Value::Null)], Some((3, 1))),
-        ([(0, Value::Null), (4, counts(3))], Some((3, 1))),
-    ] {
-        let whole = tempfile::tempdir().unwrap();
-        let mut first = 0;
-        for (number, (samples, shapes)) in (1..).zip(&parts) {
-            let place = whole.path().join(format!("part-{number}-of-2"));
-            fs::create_dir(&place).unwrap();
-            fs::write(place.join(DATASET_FILE), &empty).unwrap();
-            changed(&place, |description| {
-                (description["first"], description["samples"]) = (first.into(), (*samples).into());
-                description["handle_shapes"] = shapes.clone();
-            });
-            first += samples;
-        }
-        let shapes = DatasetFolder::open(whole.path()).unwrap().description().handle_shapes;
-        assert_eq!(shapes.map(|all| (all.shapes, all.weakened)), sum, "{parts:?}");
-    }
 }
 
 #[test]

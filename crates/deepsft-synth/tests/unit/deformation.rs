@@ -2,8 +2,7 @@
 
 use super::edge_length_change;
 use crate::deform::config::DeformationFamily;
-use crate::deform::{DeformationConfig, deform};
-use crate::edge_lengths::EdgeLengthChange;
+use crate::deform::{DeformationConfig, EdgeLengthChange, deform};
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::{Picture, Template};
 use rand::SeedableRng;

@@ -1,7 +1,6 @@
 //! The pieces of the crate, one by one.
 
-use crate::deform::edge_length_changes;
-use crate::edge_lengths::EdgeLengthChange;
+use crate::deform::EdgeLengthChange;
 use deepsft_geometry::TriangleMesh;
 use deepsft_geometry::glam::DVec3;
 
@@ -11,7 +10,6 @@ mod control_points;
 mod dataset_folder;
 mod deformation;
 mod depth_camera;
-mod edge_lengths;
 mod in_order;
 mod motion;
 mod paper_protocol;
@@ -26,5 +24,5 @@ mod value_noise;
 
 /// The change of the edge lengths of `mesh` when its vertices move to `deformed`.
 fn edge_length_change(mesh: &TriangleMesh, deformed: &[DVec3]) -> EdgeLengthChange {
-    EdgeLengthChange::of(edge_length_changes(mesh.vertices(), &mesh.edges(), deformed))
+    EdgeLengthChange::between(mesh.vertices(), &mesh.edges(), deformed)
 }

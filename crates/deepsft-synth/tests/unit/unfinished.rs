@@ -1,6 +1,5 @@
 //! Data sets in the making.
 
-use super::capsule::capsule;
 use crate::{DATASET_FILE, DatasetFolder, DatasetPlan, SynthConfig, SynthError, Synthesizer, UnfinishedDataset};
 use deepsft_geometry::{Picture, Template};
 use std::fs;
@@ -105,40 +104,6 @@ fn a_set_goes_on_after_its_whole_shards_wherever_it_ended() {
     let set = |place: &Path| DatasetFolder::open(place).unwrap();
     assert_eq!(set(&place).description(), set(&at_once).description());
     assert_eq!(fs::read_dir(above.path()).unwrap().count(), 2);
-    assert_eq!(
-        set(&place)
-            .description()
-            .edge_length_change
-            .as_ref()
-            .unwrap()
-            .histogram
-            .samples,
-        5
-    );
-}
-
-#[test]
-fn how_strong_the_shapes_of_a_mesh_came_out_is_counted_over_all_shards() {
-    let above = tempfile::tempdir().unwrap();
-    let place = above.path().join("set");
-    let texture = Picture::from_fn(8, 6, |x, _| [30 * x as u8; 3]);
-    let tube = Template::of_mesh(capsule(240.0, 30.0, 31, 20), texture).unwrap();
-    let synthesizer = Synthesizer::new(&tube, SynthConfig::default()).unwrap();
-    let plan = DatasetPlan::new(&synthesizer, 3, 0..12, 5);
-    let set = UnfinishedDataset::open(&place, plan).unwrap();
-    set.make(&synthesizer, None, || ()).unwrap();
-    let strengths: Vec<f64> = (0..12)
-        .map(|index| synthesizer.sample_and_strength(3, index))
-        .filter(|(sample, _)| sample.has_template)
-        .map(|(_, strength)| strength.unwrap())
-        .collect();
-    let counted = |counts: &dyn Fn(f64) -> bool| strengths.iter().filter(|&&strength| counts(strength)).count() as u64;
-    let set = DatasetFolder::open(&place).unwrap();
-    let shapes = set.description().handle_shapes.unwrap();
-    assert_eq!(shapes.shapes, counted(&|_| true));
-    assert_eq!(shapes.weakened, counted(&|strength| strength > 0.0 && strength < 1.0));
-    assert_eq!(shapes.at_rest, counted(&|strength| strength == 0.0));
-    assert!(shapes.shapes > 5, "{shapes:?}");
 }
 
 #[test]
