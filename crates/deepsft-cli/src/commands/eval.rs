@@ -81,7 +81,7 @@ pub struct EvalArguments {
     /// Write the figures to this file
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
-    /// Draw the 12 worst frames (by registration) to this PNG file; for one model on one data set
+    /// Draw the 12 worst frames (by registration), as in the tables of the paper, to this PNG file; for one model on one data set
     #[arg(long, value_name = "FILE")]
     sheet: Option<PathBuf>,
     /// Draw frames spread over each data set and the worst, as in the tables of the paper, to this PNG file

@@ -2,7 +2,7 @@
 
 use super::color_map::ColorMap;
 use super::sheet::{ColorBar, Panel};
-use deepsft_geometry::glam::{DVec2, DVec3};
+use deepsft_geometry::glam::DVec2;
 use deepsft_geometry::metrics::RestShape;
 use deepsft_geometry::raster::VisibleSurface;
 use deepsft_geometry::{Camera, Maps, Picture, Surface, TriangleMesh, draw_template, metrics};
@@ -121,15 +121,6 @@ pub fn depth_error(title: &str, predicted: &Maps, truth: &Maps, max_mm: f64) -> 
     values(title, truth, bar(ColorMap::Inferno, [0.0, max_mm], "mm"), |pixel| {
         let both = predicted.inside(pixel) && truth.inside(pixel);
         both.then(|| f64::from((predicted.depth()[pixel] - truth.depth()[pixel]).abs()))
-    })
-}
-
-/// The registration error in mm on the template in the pixels inside both masks; the scale ends at `max_mm`.
-pub fn registration_error(title: &str, predicted: &Maps, truth: &Maps, rest: RestShape<'_>, max_mm: f64) -> Panel {
-    values(title, truth, bar(ColorMap::Inferno, [0.0, max_mm], "mm"), |pixel| {
-        let both = predicted.inside(pixel) && truth.inside(pixel);
-        let error = both.then(|| rest.error_mm(predicted.uv(pixel), truth.uv(pixel)));
-        error.flatten().map(DVec3::length)
     })
 }
 

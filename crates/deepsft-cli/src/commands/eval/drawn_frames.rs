@@ -7,10 +7,9 @@ use deepsft_train::{EvaluationFrame, FrameResult};
 
 /// Ends of the error scales.
 const DEPTH_SCALE_MM: f64 = 50.0;
-const REGISTRATION_SCALE_MM: f64 = 20.0;
 const REGISTRATION_SCALE_PX: f64 = 10.0;
 
-/// Which frames that show the object a picture has, and what it shows of each.
+/// Which frames that show the object a picture has.
 pub struct PictureKind {
     /// Frames spread over the set: the first from the beginning of each of so many equal parts on.
     spread: u64,
@@ -18,23 +17,20 @@ pub struct PictureKind {
     worst: usize,
     /// What the captions of the worst begin with.
     worst_are: &'static str,
-    columns: fn(&Frame, &Template, &Camera) -> Vec<sheet::Panel>,
 }
 
-/// `--sheet`: the worst frames with their errors.
+/// `--sheet`: the worst frames.
 pub const WORST: PictureKind = PictureKind {
     spread: 0,
     worst: 12,
     worst_are: "",
-    columns: columns_of_the_worst,
 };
 
-/// `--figure`: rows of frames as in the tables of the paper.
+/// `--figure`: frames from all over the set.
 pub const FIGURE: PictureKind = PictureKind {
     spread: 5,
     worst: 1,
     worst_are: "the worst, ",
-    columns: columns_of_the_paper,
 };
 
 /// The frames of a set that a picture shows.
@@ -78,7 +74,7 @@ impl DrawnFrames {
     pub fn rows(&self, template: &Template, camera: &Camera, place: &str) -> Vec<sheet::Row> {
         let row = |frame: &Frame, kind: &str| sheet::Row {
             caption: format!("{place}{kind}{}", frame.caption()),
-            panels: (self.kind.columns)(frame, template, camera)
+            panels: columns(frame, template, camera)
                 .into_iter()
                 .map(sheet::Panel::halved)
                 .collect(),
@@ -145,30 +141,8 @@ fn badness(result: &FrameResult, has_registration: bool) -> f64 {
     error.unwrap_or(f64::INFINITY)
 }
 
-/// The columns of the sheet of the worst; those that need a true registration are left out where there is none.
-fn columns_of_the_worst(frame: &Frame, template: &Template, _: &Camera) -> Vec<sheet::Panel> {
-    let (image, predicted, truth) = (&frame.image, &frame.predicted, &frame.truth);
-    let size = template.size_mm();
-    let depth_error = panels::depth_error("depth error", &frame.compared, truth, DEPTH_SCALE_MM);
-    let mut columns = vec![
-        panels::plain("input", image),
-        panels::overlay("registration, estimated", image, predicted, size),
-    ];
-    if frame.has_registration {
-        let title = "registration error";
-        columns.extend([
-            panels::overlay("registration, true", image, truth, size),
-            depth_error,
-            panels::registration_error(title, predicted, truth, template.into(), REGISTRATION_SCALE_MM),
-        ]);
-    } else {
-        columns.push(depth_error);
-    }
-    columns
-}
-
-/// The columns of the figure; those that need a true registration are left out where there is none.
-fn columns_of_the_paper(frame: &Frame, template: &Template, camera: &Camera) -> Vec<sheet::Panel> {
+/// The columns, as in the tables of the paper; those that need a true registration are left out where there is none.
+fn columns(frame: &Frame, template: &Template, camera: &Camera) -> Vec<sheet::Panel> {
     let (image, predicted, truth) = (&frame.image, &frame.predicted, &frame.truth);
     let true_depth = if frame.has_registration {
         "true depth"
@@ -307,7 +281,7 @@ mod tests {
         let panels = |measured| {
             let (frame, estimate, result) = frame(0, Some(1.0), measured);
             let frame = Frame::new(&frame, &estimate, &estimate.maps, &result);
-            columns_of_the_paper(&frame, &template(), &training_camera())
+            columns(&frame, &template(), &training_camera())
         };
         let exact = panels(false);
         let titles: Vec<&str> = exact.iter().map(|panel| panel.title.as_str()).collect();
@@ -345,10 +319,8 @@ mod tests {
         let compared = std::mem::replace(&mut estimate.maps, Maps::empty((480, 270)));
         let mut frame = Frame::new(&frame, &estimate, &compared, &result);
         frame.truth = compared;
-        for panels in [columns_of_the_worst, columns_of_the_paper].map(|of| of(&frame, &template(), &training_camera()))
-        {
-            let error = panels.iter().find(|panel| panel.title == "depth error").unwrap();
-            assert_eq!(error.picture.pixel(100, 100), error.bar.as_ref().unwrap().color(0.0));
-        }
+        let panels = columns(&frame, &template(), &training_camera());
+        let error = panels.iter().find(|panel| panel.title == "depth error").unwrap();
+        assert_eq!(error.picture.pixel(100, 100), error.bar.as_ref().unwrap().color(0.0));
     }
 }
