@@ -355,28 +355,6 @@ fn steps_two_and_three_lower_the_errors_on_frames_that_are_held_out() {
 }
 
 #[test]
-fn step_three_learns_a_frame_by_heart_under_a_light_that_is_fitted() {
-    // No registration explains the image without it: the template's blue is 128 everywhere, the image's 102.
-    let light = ColorResponse {
-        gain: [0.6; 3],
-        offset: [25.0; 3],
-    };
-    let mut frames = frames(1);
-    frames.training[0].image = light.apply(&frames.training[0].image);
-    let share_left = |light: Light| {
-        let folder = tempfile::tempdir().unwrap();
-        let mut config = config(folder.path(), 120);
-        config.photo_consistency.light = light;
-        let (losses, _) = losses_of((&network(), &template()), TuningStep::Registration, &frames, &config);
-        losses[losses.len() - 1] / losses[0]
-    };
-    let fitted = share_left(Light::Fitted);
-    assert!(fitted < 0.1, "{fitted}");
-    let ignored = share_left(Light::Ignored);
-    assert!(ignored > 0.1, "{ignored}");
-}
-
-#[test]
 fn the_papers_preset_has_its_numbers_and_learns_with_them() {
     let paper = TrainConfig::paper();
     let (two, three) = (paper.depth_tuning, paper.registration_tuning);

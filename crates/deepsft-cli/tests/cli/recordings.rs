@@ -150,7 +150,7 @@ fn all_three_steps_are_one_command_from_a_template_to_a_bundle() {
         "--epochs",
         "1",
         "--light",
-        "fitted",
+        "ignored",
         "--out",
         "three",
     ];

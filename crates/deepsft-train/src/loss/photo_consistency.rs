@@ -9,11 +9,6 @@ use serde::Serialize;
 /// Intensity of white: the images' values are 0..=1, the loss's constants are for 0..=255.
 const WHITE: f64 = 255.0;
 
-/// Added to the variance of the template's intensities, grey levels^2: a template of one tone says nothing of the gain.
-const VARIANCE_FLOOR: f64 = 25.0;
-/// Gains beyond these are no light on a print.
-const GAINS: [f64; 2] = [0.1, 3.0];
-
 /// What the M-estimator is applied to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[non_exhaustive]
@@ -34,9 +29,6 @@ pub enum Light {
     /// Nothing in the loss: the texture that it is given is in the colours in which the recording's camera shows it, a gain
     /// and an offset of each colour for the whole recording ([`RecordedFrames::colors`](crate::RecordedFrames::colors)).
     Recorded,
-    /// The template's intensities are brought to the image's by a gain and an offset for each image and colour, the least
-    /// squares over the object, which are not differentiated.
-    Fitted,
 }
 
 /// Photo-consistency at two scales and total variation.
@@ -74,10 +66,6 @@ impl PhotoConsistencyLoss {
         });
         let drawn = Tensor::cat(drawn.collect(), 0); // [N, 3, H, W]
         let seen = images.clone() * WHITE;
-        let drawn = match self.light {
-            Light::Ignored | Light::Recorded => drawn,
-            Light::Fitted => relit(drawn, &seen, inside),
-        };
         let whole = self.robust(drawn.clone() - seen.clone(), inside.clone());
         let half = self.robust(halved(drawn) - halved(seen), all_of_four(inside.clone()));
         let smoothness = squared_total_variation(registration, inside.clone()) * self.total_variation;
@@ -94,24 +82,6 @@ impl PhotoConsistencyLoss {
         let chi = ((x2 / c2) + 1.0).log() * (c2 / 2.0);
         (chi * inside).sum()
     }
-}
-
-/// `drawn` with the gain and offset of each image and colour that bring it closest to `seen`, both [N, 3, H, W].
-fn relit(drawn: Tensor<4>, seen: &Tensor<4>, inside: &Tensor<4>) -> Tensor<4> {
-    let (from, to) = (drawn.clone().detach(), seen.clone().detach());
-    let pixels = over_image(inside.clone()).clamp_min(1.0); // [N, 1, 1, 1]
-    let mean = |x: Tensor<4>| over_image(x * inside.clone()) / pixels.clone(); // [N, 3, 1, 1]
-    let (from_mean, to_mean) = (mean(from.clone()), mean(to.clone()));
-    let variance = mean(from.clone().square()) - from_mean.clone().square();
-    let covariance = mean(from * to) - from_mean.clone() * to_mean.clone();
-    let gain = (covariance / (variance + VARIANCE_FLOOR)).clamp(GAINS[0], GAINS[1]);
-    let offset = to_mean - gain.clone() * from_mean;
-    drawn * gain + offset
-}
-
-/// Sum over the pixels of each image and channel, [N, C, H, W] -> [N, C, 1, 1].
-fn over_image(x: Tensor<4>) -> Tensor<4> {
-    x.sum_dim(2).sum_dim(3)
 }
 
 /// Images of half the size, each pixel the mean of four: [N, C, H, W] -> [N, C, H / 2, W / 2]; an odd last row or column

@@ -49,7 +49,7 @@ pub fn tune(
     let start = network.clone().fork(device);
     let texture = match config.photo_consistency.light {
         Light::Recorded => set.texture_as_recorded(),
-        Light::Ignored | Light::Fitted => set.template.texture().clone(),
+        Light::Ignored => set.template.texture().clone(),
     };
     let differentiable = device.clone().autodiff();
     let tuning = Tuning {

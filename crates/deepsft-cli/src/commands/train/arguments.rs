@@ -169,11 +169,9 @@ fn light() -> impl TypedValueParser<Value = Light> {
         PossibleValue::new("recorded").help(
             "The template in the camera's colours: a gain and an offset per colour, found once for the recording",
         ),
-        PossibleValue::new("fitted").help("A gain and an offset fitted to each image and colour"),
     ];
     PossibleValuesParser::new(names).map(|name| match name.as_str() {
         "ignored" => Light::Ignored,
-        "recorded" => Light::Recorded,
-        _ => Light::Fitted,
+        _ => Light::Recorded,
     })
 }

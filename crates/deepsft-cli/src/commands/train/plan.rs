@@ -255,7 +255,6 @@ mod tests {
         for (words, light, lambda) in [
             ("", Light::Recorded, 1e-9),
             ("--preset paper", Light::Ignored, 1e-9),
-            ("--light fitted", Light::Fitted, 1e-9),
             (
                 "--preset paper --light recorded --total-variation 0",
                 Light::Recorded,
