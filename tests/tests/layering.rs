@@ -62,9 +62,7 @@ const ARROWS: &[(&str, &[&str])] = &[
         "deepsft-fuzz",
         &[
             "deepsft",
-            "deepsft-network",
             "deepsft-synth",
-            "deepsft-train",
             "deepsft-formats",
             "deepsft-geometry",
             "deepsft-cli",

@@ -9,7 +9,6 @@
 
 mod bundle;
 mod camera;
-mod checkpoint;
 mod files;
 mod gltf;
 mod obj;
@@ -43,8 +42,8 @@ macro_rules! targets {
 }
 
 /// The targets, by name.
-pub const TARGETS: [Target; 11] = targets![
-    bundle, camera, checkpoint, gltf, obj, picture, recording, shard, template, weights, y4m
+pub const TARGETS: [Target; 10] = targets![
+    bundle, camera, gltf, obj, picture, recording, shard, template, weights, y4m
 ];
 
 /// Targets that fail on inputs which only guided mutation finds, so that we know that a failure is seen.

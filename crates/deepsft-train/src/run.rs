@@ -4,7 +4,6 @@ mod checkpoint;
 mod fingerprint;
 mod model_card;
 mod progress;
-mod record_files;
 mod training_run;
 mod weight_average;
 

@@ -1,15 +1,15 @@
 //! Checkpoints: everything a training needs to go on, swapped in whole or not at all.
 
 use super::fingerprint::Fingerprint;
-use super::record_files;
 use crate::error::TrainError;
 use burn::module::Module;
 use burn::optim::ModuleOptimizer;
 use burn::store::ModuleRecord;
 use burn::tensor::Bytes;
-use deepsft_formats::{FolderKind, StagedFolder, recover_folder};
+use deepsft_formats::{FolderKind, StagedFolder, recover_folder, sha256};
 use deepsft_network::Network;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
@@ -67,6 +67,15 @@ pub struct Checkpoint {
     pub curve: Vec<CurvePoint>,
 }
 
+/// What `state.json` holds.
+#[derive(Serialize, Deserialize)]
+struct StateFile {
+    #[serde(flatten)]
+    state: Checkpoint,
+    /// The SHA-256 of the files beside it. burn, which panics at some others, reads none but those that were saved.
+    files: BTreeMap<String, String>,
+}
+
 /// A checkpoint that was read.
 pub struct Saved {
     /// Where the training stood.
@@ -115,6 +124,10 @@ impl CheckpointFolder {
     /// # Errors
     /// [`TrainError::Checkpoint`] when its state cannot be read.
     pub fn state(&self) -> Result<Option<Checkpoint>, TrainError> {
+        Ok(self.state_file()?.map(|file| file.state))
+    }
+
+    fn state_file(&self) -> Result<Option<StateFile>, TrainError> {
         recover_folder(&self.folder)?;
         let path = self.folder.join(STATE);
         match fs::read(&path) {
@@ -164,17 +177,25 @@ impl CheckpointFolder {
                 path: self.folder.clone(),
             });
         }
+        let record = |name: &str, network: &Network| {
+            let record = network.clone().into_record().into_bytes();
+            record.map_err(at(&self.folder.join(name)))
+        };
         let staged = StagedFolder::new(&self.folder, &CHECKPOINT_FOLDER)?;
-        for (name, network) in [(NETWORK, Some(network)), (AVERAGE, average)] {
-            if let Some(network) = network {
-                let record = network.clone().into_record().into_bytes();
-                staged.write(name, &record.map_err(at(&self.folder.join(name)))?)?;
-            }
+        let mut files = BTreeMap::new();
+        let mut write = |name: &str, bytes: Bytes| -> Result<(), TrainError> {
+            files.insert(name.to_owned(), sha256(&bytes));
+            Ok(staged.write(name, &bytes)?)
+        };
+        write(NETWORK, record(NETWORK, network)?)?;
+        if let Some(average) = average {
+            write(AVERAGE, record(AVERAGE, average)?)?;
         }
         let optimizer = optimizer.into_bytes();
-        staged.write(OPTIMIZER, &optimizer.map_err(at(&self.folder.join(OPTIMIZER)))?)?;
-        let state = serde_json::to_vec_pretty(state);
-        staged.write(STATE, &state.map_err(at(&self.folder.join(STATE)))?)?;
+        write(OPTIMIZER, optimizer.map_err(at(&self.folder.join(OPTIMIZER)))?)?;
+        let state = state.clone();
+        let file = serde_json::to_vec_pretty(&StateFile { state, files });
+        staged.write(STATE, &file.map_err(at(&self.folder.join(STATE)))?)?;
         Ok(staged.commit()?)
     }
 
@@ -191,13 +212,17 @@ impl CheckpointFolder {
         fingerprint: &Fingerprint,
         seed: u64,
     ) -> Result<Option<Saved>, TrainError> {
-        let Some(state) = self.state()? else {
+        let Some(StateFile { state, files }) = self.state_file()? else {
             return Ok(None);
         };
         let folder = &self.folder;
         let bytes = |name: &str| {
             let path = folder.join(name);
-            fs::read(&path).map_err(cannot("read", &path))
+            let bytes = fs::read(&path).map_err(cannot("read", &path))?;
+            if files.get(name) != Some(&sha256(&bytes)) {
+                return Err(at(&path)("it is not as it was saved"));
+            }
+            Ok(Bytes::from_bytes_vec(bytes))
         };
         let seeds = (state.seed != seed).then(|| "seed".to_owned());
         if let Some(what) = fingerprint.difference(&state.fingerprint).or(seeds) {
@@ -208,20 +233,14 @@ impl CheckpointFolder {
         }
         let load = |name: &str| -> Result<Network, TrainError> {
             let path = folder.join(name);
-            let file = bytes(name)?;
-            record_files::check_network(&path).map_err(at(&path))?;
-            let record = ModuleRecord::from_bytes(Bytes::from_bytes_vec(file));
-            let record = record.map_err(at(&path))?;
-            let loaded = make_network()?.try_load_record(record);
-            loaded.map_err(at(&path))
+            let record = ModuleRecord::from_bytes(bytes(name)?).map_err(at(&path))?;
+            make_network()?.try_load_record(record).map_err(at(&path))
         };
         let network = load(NETWORK)?;
-        let average = folder.join(AVERAGE).is_file().then(|| load(AVERAGE)).transpose()?;
-        let optimizer_path = folder.join(OPTIMIZER);
-        record_files::check_optimizer(&optimizer_path, &network).map_err(at(&optimizer_path))?;
+        let average = files.contains_key(AVERAGE).then(|| load(AVERAGE)).transpose()?;
         let optimizer = optimizer
-            .from_bytes(Bytes::from_bytes_vec(bytes(OPTIMIZER)?))
-            .map_err(at(&optimizer_path))?;
+            .from_bytes(bytes(OPTIMIZER)?)
+            .map_err(at(&folder.join(OPTIMIZER)))?;
         Ok(Some(Saved {
             state,
             network,
