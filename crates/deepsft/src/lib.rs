@@ -37,6 +37,6 @@ pub use error::DeepSftError;
 pub use estimate::{Estimate, Judgement};
 pub use estimator::{EstimateTimes, Estimator};
 pub use finding::{
-    DescriptorFinder, Finder, FinderKind, SharedDescriptorNetwork, Sighting, Target, TargetFinder, View,
+    ALIKE, DescriptorFinder, Finder, FinderKind, SharedDescriptorNetwork, Sighting, Target, TargetFinder, View,
 };
 pub use weights_file::{weights_from_burnpack, weights_to_burnpack};
