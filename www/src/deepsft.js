@@ -165,7 +165,7 @@ export class DeepSft {
    * Makes a target of a picture that is printed on something that bends. Nothing is trained.
    *
    * Transparent parts count as white paper, large pictures are made smaller. The same pixels twice are refused: two targets
-   * with one picture cannot be told apart.
+   * with one picture cannot be told apart. `alike` of the answer names the targets that it resembles.
    *
    * @param {ImageInput} image
    * @param {PictureOptions} [options]
@@ -259,6 +259,10 @@ export class DeepSft {
       throw error;
     }
     const target = new Target(id, name, kind, description, source.kind !== "picture" || source.hasSize);
+    for (const { id, share } of description.alike.sort((a, b) => b.share - a.share)) {
+      const other = this.#targets.get(id)?.target;
+      if (other) target.alike.push({ target: other, share });
+    }
     this.#targets.set(id, { target, source });
     for (const [session, followsAll] of this.#sessions) if (followsAll) session.addTarget(target);
     return target;

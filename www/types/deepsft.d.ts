@@ -135,7 +135,7 @@ export declare class DeepSft {
      * Makes a target of a picture that is printed on something that bends. Nothing is trained.
      *
      * Transparent parts count as white paper, large pictures are made smaller. The same pixels twice are refused: two targets
-     * with one picture cannot be told apart.
+     * with one picture cannot be told apart. `alike` of the answer names the targets that it resembles.
      *
      * @param {ImageInput} image
      * @param {PictureOptions} [options]

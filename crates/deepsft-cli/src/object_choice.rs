@@ -6,7 +6,7 @@ use crate::numbers::{SizeMm, positive};
 use anyhow::{Result, anyhow};
 use clap::Args;
 use deepsft::features::{GradeLevel, PictureGrade};
-use deepsft::{DeviceDescription, DeviceKind, SharedDescriptorNetwork, Target, TargetFinder, start_device};
+use deepsft::{ALIKE, DeviceDescription, DeviceKind, SharedDescriptorNetwork, Target, TargetFinder, start_device};
 use deepsft_formats::read_template;
 use deepsft_geometry::{Picture, Template};
 use std::path::{Path, PathBuf};
@@ -84,6 +84,37 @@ impl DescriptorChoice {
             finder.add_descriptors(&network)?;
         }
         Ok(finder)
+    }
+}
+
+/// Pictures that resemble the object's.
+#[derive(Debug, Args)]
+pub struct LookalikeChoice {
+    /// Picture of the same series, printed as wide: where that one is seen, the object does not count as found. May be given several times
+    #[arg(long = "lookalike", value_name = "FILE", requires = "picture")]
+    pictures: Vec<PathBuf>,
+}
+
+impl LookalikeChoice {
+    /// Makes `finder`, which looks for `object`, tell it apart from these pictures while what is returned lives. Says how much they share.
+    pub fn tell_apart(&self, object: &ObjectChoice, finder: &mut TargetFinder) -> Result<Vec<TargetFinder>> {
+        let told_apart = |file: &PathBuf| {
+            let size = object.size_mm.ok_or_else(|| usage("--lookalike needs --size-mm"))?;
+            let template = printed(file, size, object.around_mm)?;
+            let mut other = TargetFinder::new(Target::from_template(template))?;
+            let share = finder.tell_apart(&mut other);
+            let shares = format!(
+                "{} shares {:.0} % of its corners with the picture",
+                file.display(),
+                100.0 * share
+            );
+            match share >= ALIKE {
+                true => eprintln!("note: {shares}: the better one counts as found"),
+                false => eprintln!("note: {shares}: too few to be taken for it"),
+            }
+            Ok(other)
+        };
+        self.pictures.iter().map(told_apart).collect()
     }
 }
 

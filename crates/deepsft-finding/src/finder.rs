@@ -1,13 +1,14 @@
 //! The feature finder: one printed picture, or the print of one solid, in images.
 
 use crate::consensus::groups;
+use crate::descriptor::Descriptor;
 use crate::features::Features;
 use crate::grade::PictureGrade;
 use crate::guided_matching::{ImageEvidence, guided_matches};
 use crate::matching::{Match, matches};
 use crate::shape_solver::ShapeSolver;
 use crate::target::PictureTarget;
-use deepsft_geometry::glam::DVec3;
+use deepsft_geometry::glam::{DVec3, Vec2};
 use deepsft_geometry::{Camera, GeometryError, TRAINING_FOCAL, Template};
 
 /// Fewest matches that a mesh is fitted to.
@@ -43,6 +44,11 @@ const SEARCH_PX: [f64; 5] = [16.0, 16.0, 10.0, 6.0, 5.0];
 
 /// Standard deviation of matches, as a fraction of the distance within which they were looked for.
 const DEVIATION: f64 = 0.2;
+
+/// Two prints share a corner where it lies no farther apart, pixels of the target's picture, and its descriptors differ in no more of their
+/// 256 bits: other colours, another resolution and a camera's noise change some of them.
+const SHARED_PX: f32 = 4.0;
+const SHARED_BITS: u16 = 64;
 
 /// A template that was found: a sheet as its coarse mesh shows it, a solid in its rigid pose.
 #[derive(Clone, Debug)]
@@ -81,6 +87,18 @@ impl FeatureFinder {
     /// Grades how well the picture will be found. Takes up to 50 ms.
     pub fn grade(&self) -> PictureGrade {
         PictureGrade::of_target(&self.target)
+    }
+
+    /// Returns the fraction of its corners that `other`'s picture has at the same places, both prints taken as equally large.
+    pub fn shared_with(&self, other: &Self) -> f64 {
+        let (own, others) = (&self.target, &other.target);
+        let to_other = (others.template.size_mm() / own.template.size_mm()).as_vec2();
+        let is_shared = |(place, descriptor): &(&Vec2, &Descriptor)| {
+            let mut near = others.near(**place * to_other, SHARED_PX * others.mm_per_pixel);
+            near.any(|there| descriptor.distance(&others.features.descriptors[there]) <= SHARED_BITS)
+        };
+        let corners = own.places.iter().zip(&own.features.descriptors);
+        corners.filter(is_shared).count() as f64 / own.places.len().max(1) as f64
     }
 
     /// Finds the picture among `features` of an image that `camera` took. `None` when too few matches agree. A sheet that is found

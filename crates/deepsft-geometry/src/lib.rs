@@ -26,6 +26,7 @@ mod camera;
 mod canonical_views;
 mod completion;
 mod error;
+mod evidence;
 pub mod fitting;
 mod flat_print;
 mod image;
@@ -47,6 +48,7 @@ pub use completion::{
     ArapCompletion, Completion, CompletionEnergy, CompletionOptions, MapsCompletion, VertexPoint, VisibleVertices,
 };
 pub use error::{GeometryError, check_size};
+pub use evidence::Evidence;
 pub use fitting::tracking;
 pub use flat_print::FlatPrint;
 pub use glam;

@@ -11,7 +11,9 @@ use crate::{
     target::EngineTarget,
     target_template::TargetTemplate,
 };
-use deepsft::{DeviceDescription, DeviceKind, EstimateTimes, ModelBundle, Target, View, geometry::Maps, start_device};
+use deepsft::{
+    ALIKE, DeviceDescription, DeviceKind, EstimateTimes, ModelBundle, Target, View, geometry::Maps, start_device,
+};
 use js_sys::{Array, Object, Promise};
 use std::{cell::RefCell, collections::BTreeMap, rc::Rc};
 use wasm_bindgen::prelude::*;
@@ -98,14 +100,21 @@ impl Engine {
 
     /// Looks for a target without a network from now on.
     ///
-    /// Rejects with an `Error` whose `code` is `target-unusable` or `internal`.
-    #[wasm_bindgen(js_name = addTarget, unchecked_return_type = "Promise<void>")]
+    /// Resolves to the targets whose pictures resemble its own, and the share of the corners that they have in common, 0 to 1. Rejects with an
+    /// `Error` whose `code` is `target-unusable` or `internal`.
+    #[wasm_bindgen(js_name = addTarget, unchecked_return_type = "Promise<{ id: number, share: number }[]>")]
     pub fn add_target(&self, id: u32, template: TargetTemplate) -> Promise {
         let core = Rc::clone(&self.core);
         settle::promise(async move {
             let target = EngineTarget::of_template(template.0)?;
-            core.targets.borrow_mut().insert(id, Rc::new(target));
-            Ok(JsValue::UNDEFINED)
+            let mut targets = core.targets.borrow_mut();
+            let others = targets.iter().filter(|(known, _)| **known != id);
+            let shares = others.map(|(other, known)| (*other, target.tell_apart(known)));
+            let alike = shares.filter(|(_, share)| *share >= ALIKE);
+            let alike = alike.map(|(other, share)| object([("id", other.into()), ("share", share.into())]));
+            let alike: Array = alike.collect();
+            targets.insert(id, Rc::new(target));
+            Ok(alike)
         })
     }
 

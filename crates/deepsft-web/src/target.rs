@@ -78,6 +78,14 @@ impl EngineTarget {
         })
     }
 
+    /// How much its picture shares with that of `other`, 0 to 1; from [`deepsft::ALIKE`] on the two are told apart from now on.
+    pub fn tell_apart(&self, other: &Self) -> f64 {
+        match (&mut *self.finder.borrow_mut(), &mut *other.finder.borrow_mut()) {
+            (Some(own), Some(others)) => own.tell_apart(others),
+            _ => 0.0,
+        }
+    }
+
     /// The model's own network, if the target is that of a model.
     pub fn network(&self) -> Option<&Estimator> {
         self.target.network()

@@ -37,6 +37,7 @@ pub use error::DeepSftError;
 pub use estimate::{Estimate, Judgement};
 pub use estimator::{EstimateTimes, Estimator};
 pub use finding::{
-    CameraOrigin, DescriptorFinder, Finder, FinderKind, SharedDescriptorNetwork, Sighting, Target, TargetFinder, View,
+    ALIKE, CameraOrigin, DescriptorFinder, Finder, FinderKind, SharedDescriptorNetwork, Sighting, Target, TargetFinder,
+    View,
 };
 pub use weights_file::{weights_from_burnpack, weights_to_burnpack};

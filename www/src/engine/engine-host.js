@@ -10,7 +10,7 @@ import { COPY_AGAIN, VERSION } from "../version.js";
 import { probeWebGpu } from "./webgpu.js";
 
 /** @import { RawEstimate as EngineEstimate, RawFlatPrint, RawMesh } from "../../pkg/deepsft_web.js" */
-/** @import { EngineInfo, EstimateRequest, FindRequest, FlattenRequest, MeshRequest, PhotographRequest, RawEstimate, RawFinding, ScanRequest, StartRequest, TargetDescription, TargetRequest } from "./engine-worker.js" */
+/** @import { AddedTarget, EngineInfo, EstimateRequest, FindRequest, FlattenRequest, MeshRequest, PhotographRequest, RawEstimate, RawFinding, ScanRequest, StartRequest, TargetDescription, TargetRequest } from "./engine-worker.js" */
 /** @import { RawScan } from "../targets/scan.js" */
 
 /** Number of the model's target. */
@@ -67,13 +67,13 @@ export async function start({ module, files, device: wanted }) {
 
 /**
  * @param {TargetRequest} request
- * @returns {Promise<{ value: TargetDescription, transfer: Transferable[] }>}
+ * @returns {Promise<{ value: AddedTarget, transfer: Transferable[] }>}
  */
 export async function addTarget({ id, source }) {
-  await addSource(started(), id, source);
+  const alike = await addSource(started(), id, source);
   const value = started().describeTarget(id);
   if (!value) throw new DeepSftError("internal", "The target was not added.");
-  return { value, transfer: [value.rgba.buffer] };
+  return { value: { ...value, alike }, transfer: [value.rgba.buffer] };
 }
 
 /** @param {{ id: number }} request */

@@ -55,6 +55,8 @@ import { WorkerCalls } from "./worker-calls.js";
 
 /** @typedef {{ width: number, height: number, rgba: Uint8ClampedArray<ArrayBuffer>, sizeMm: [number, number], mesh: MeshTopology, grade: PictureGrade | null }} TargetDescription */
 
+/** With the targets that resemble it, and the share of the corners that they have in common. @typedef {TargetDescription & { alike: { id: number, share: number }[] }} AddedTarget */
+
 /** @typedef {{ module: WebAssembly.Module, files: Map<string, Uint8Array> | null, device: "auto" | "webgpu" | "cpu" }} StartRequest */
 /** @typedef {{ id: number, source: TargetSource }} TargetRequest */
 /** @typedef {{ file: Blob, width: number, height: number }} PhotographRequest the size of the picture as it is shown */
@@ -148,7 +150,7 @@ export class EngineWorker extends WorkerCalls {
 
   /**
    * @param {TargetRequest} request
-   * @returns {Promise<TargetDescription>}
+   * @returns {Promise<AddedTarget>}
    */
   addTarget(request) {
     return this.call("addTarget", request);

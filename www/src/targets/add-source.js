@@ -10,11 +10,13 @@ import { DeepSftError } from "../error.js";
  * @param {Engine | MeshTracker} to
  * @param {number} id
  * @param {TargetSource} source
+ * @returns {Promise<{ id: number, share: number }[]>} the targets that resemble it, where it is the engine's
  */
 export async function addSource(to, id, source) {
-  if (source.kind !== "model") await to.addTarget(id, await templateOf(source));
-  else if ("addModel" in to) await to.addModel(id, source.files);
-  else throw new DeepSftError("internal", "The engine has its model from the start.");
+  if (source.kind !== "model") return (await to.addTarget(id, await templateOf(source))) ?? [];
+  if (!("addModel" in to)) throw new DeepSftError("internal", "The engine has its model from the start.");
+  await to.addModel(id, source.files);
+  return [];
 }
 
 /** @param {Exclude<TargetSource, { kind: "model" }>} source */

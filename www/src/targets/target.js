@@ -44,6 +44,13 @@ export class Target {
      * @type {MeshTopology}
      */
     this.mesh = hasSize ? mesh : { ...mesh, perMm: 1 / widthMm };
+    /**
+     * The targets that its picture resembled when it was added, the most alike first, and the share of corners that they have in common, 0 to 1.
+     * In one place of an image only the better one counts as found.
+     *
+     * @type {{ target: Target, share: number }[]}
+     */
+    this.alike = [];
     /** How well features will find it, said before it is printed; null of a model's target, which has a network. */
     this.grade = grade;
   }

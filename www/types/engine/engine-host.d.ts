@@ -1,5 +1,5 @@
 import type { RawFlatPrint, RawMesh } from "../../pkg/deepsft_web.js";
-import type { EngineInfo, EstimateRequest, FindRequest, FlattenRequest, MeshRequest, PhotographRequest, RawEstimate, RawFinding, ScanRequest, StartRequest, TargetDescription, TargetRequest } from "./engine-worker.js";
+import type { AddedTarget, EngineInfo, EstimateRequest, FindRequest, FlattenRequest, MeshRequest, PhotographRequest, RawEstimate, RawFinding, ScanRequest, StartRequest, TargetDescription, TargetRequest } from "./engine-worker.js";
 import type { RawScan } from "../targets/scan.js";
 /**
  * @param {StartRequest} request
@@ -14,10 +14,10 @@ export declare function start({ module, files, device: wanted }: StartRequest): 
 }>;
 /**
  * @param {TargetRequest} request
- * @returns {Promise<{ value: TargetDescription, transfer: Transferable[] }>}
+ * @returns {Promise<{ value: AddedTarget, transfer: Transferable[] }>}
  */
 export declare function addTarget({ id, source }: TargetRequest): Promise<{
-    value: TargetDescription;
+    value: AddedTarget;
     transfer: Transferable[];
 }>;
 /** @param {{ id: number }} request */

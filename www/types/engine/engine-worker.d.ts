@@ -58,6 +58,12 @@ export type TargetDescription = {
     mesh: MeshTopology;
     grade: PictureGrade | null;
 };
+export type AddedTarget = TargetDescription & {
+    alike: {
+        id: number;
+        share: number;
+    }[];
+};
 export type StartRequest = {
     module: WebAssembly.Module;
     files: Map<string, Uint8Array> | null;
@@ -142,9 +148,9 @@ export declare class EngineWorker extends WorkerCalls {
     }>;
     /**
      * @param {TargetRequest} request
-     * @returns {Promise<TargetDescription>}
+     * @returns {Promise<AddedTarget>}
      */
-    addTarget(request: TargetRequest): Promise<TargetDescription>;
+    addTarget(request: TargetRequest): Promise<AddedTarget>;
     /**
      * @param {{ id: number }} request
      * @returns {Promise<void>}

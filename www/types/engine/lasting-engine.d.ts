@@ -1,6 +1,6 @@
 import { DeepSftError } from "../error.js";
 import { EngineWorker } from "./engine-worker.js";
-import type { EngineInfo, StartRequest, TargetDescription } from "./engine-worker.js";
+import type { AddedTarget, EngineInfo, StartRequest, TargetDescription } from "./engine-worker.js";
 import type { TargetSource } from "../targets/target-source.js";
 export type StartPlan = {
     request: StartRequest;
@@ -36,10 +36,10 @@ export declare class LastingEngine {
     /**
      * @param {number} id
      * @param {TargetSource} source
-     * @returns {Promise<TargetDescription>}
+     * @returns {Promise<AddedTarget>}
      * @throws {DeepSftError} `target-unusable`, `model-version`, `closed`
      */
-    addTarget(id: number, source: TargetSource): Promise<TargetDescription>;
+    addTarget(id: number, source: TargetSource): Promise<AddedTarget>;
     /** @param {number} id */
     removeTarget(id: number): void;
     /** Stops the worker; what is under way rejects with `closed`. */

@@ -6,5 +6,9 @@ import type { TargetSource } from "./target-source.js";
  * @param {Engine | MeshTracker} to
  * @param {number} id
  * @param {TargetSource} source
+ * @returns {Promise<{ id: number, share: number }[]>} the targets that resemble it, where it is the engine's
  */
-export declare function addSource(to: Engine | MeshTracker, id: number, source: TargetSource): Promise<void>;
+export declare function addSource(to: Engine | MeshTracker, id: number, source: TargetSource): Promise<{
+    id: number;
+    share: number;
+}[]>;

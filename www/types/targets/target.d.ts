@@ -33,6 +33,16 @@ export declare class Target {
      * @type {MeshTopology}
      */
     mesh: MeshTopology;
+    /**
+     * The targets that its picture resembled when it was added, the most alike first, and the share of corners that they have in common, 0 to 1.
+     * In one place of an image only the better one counts as found.
+     *
+     * @type {{ target: Target, share: number }[]}
+     */
+    alike: {
+        target: Target;
+        share: number;
+    }[];
     /** How well features will find it, said before it is printed; null of a model's target, which has a network. */
     grade: import("../engine/engine-worker.js").PictureGrade | null;
     /**

@@ -3,7 +3,7 @@
 use crate::camera_choice::{self, CameraReport, camera_of, origin};
 use crate::failure::{self, usage};
 use crate::mesh_choice::MeshChoice;
-use crate::object_choice::{ChosenTarget, DescriptorChoice, ObjectChoice};
+use crate::object_choice::{ChosenTarget, DescriptorChoice, LookalikeChoice, ObjectChoice};
 use crate::output::{panels, sheet};
 use crate::{input, progress};
 use anyhow::{Context, Result};
@@ -81,6 +81,8 @@ pub struct ReconstructArguments {
     object: ObjectChoice,
     #[command(flatten)]
     descriptors: DescriptorChoice,
+    #[command(flatten)]
+    lookalikes: LookalikeChoice,
     /// Intrinsics of the camera that took the images; may be for another size of the same aspect ratio. Or one of the paper's
     /// cameras: kinect-v2, realsense-d435, gopro-hero3
     #[arg(long, value_name = "FILE")]
@@ -161,6 +163,7 @@ pub fn run(arguments: &ReconstructArguments) -> Result<()> {
         texture_png: encode_png(target.template().texture())?,
         finder: arguments.descriptors.finder(target)?,
     };
+    let _lookalikes = arguments.lookalikes.tell_apart(&arguments.object, &mut object.finder)?;
     let bar = progress::counting(arguments.images.len() as u64, "images");
     let mut failures = Vec::new();
     for (image, folder) in arguments.images.iter().zip(&folders) {

@@ -6,7 +6,7 @@ mod track_folder;
 use crate::camera_choice::{self, CameraReport, camera_of};
 use crate::failure::{self, BlameInput};
 use crate::numbers::positive;
-use crate::object_choice::{ChosenTarget, DescriptorChoice, ObjectChoice};
+use crate::object_choice::{ChosenTarget, DescriptorChoice, LookalikeChoice, ObjectChoice};
 use crate::output::wireframe;
 use crate::video::Video;
 use crate::{interruption, progress};
@@ -74,6 +74,8 @@ pub struct TrackArguments {
     object: ObjectChoice,
     #[command(flatten)]
     descriptors: DescriptorChoice,
+    #[command(flatten)]
+    lookalikes: LookalikeChoice,
     /// Intrinsics of the camera that took the video; may be for another size of the same aspect ratio
     #[arg(long, value_name = "FILE")]
     camera: Option<PathBuf>,
@@ -143,6 +145,7 @@ pub fn run(arguments: &TrackArguments) -> Result<()> {
         check_template(clip, template).blame("clip", &arguments.video)?;
     }
     let mut finder = arguments.descriptors.finder(target)?;
+    let _lookalikes = arguments.lookalikes.tell_apart(&arguments.object, &mut finder)?;
     let first = decode(&mut video)?
         .ok_or_else(|| anyhow!("it has no frame"))
         .blame("video", &arguments.video)?;

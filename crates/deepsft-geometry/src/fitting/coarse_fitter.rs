@@ -18,8 +18,8 @@ use glam::{DVec2, DVec3};
 /// Fewest measurements from which a mesh is fitted.
 pub(crate) const MIN_MEASUREMENTS: usize = 12;
 
-/// Blur at which places where the print looks alike are compared, pixels of the canonical image.
-const JUDGED_BLUR_PX: f32 = 0.7;
+/// Blur at which places or prints that look alike are compared, pixels of the canonical image.
+pub(super) const JUDGED_BLUR_PX: f32 = 0.7;
 
 /// Correlation of image and print from which a first try is not followed by a second.
 const CONFIRMED: f64 = 0.8;

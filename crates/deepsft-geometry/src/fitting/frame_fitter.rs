@@ -1,7 +1,7 @@
 //! The mesh of one frame.
 
 use super::close_up::{CloseUp, close_ups, fit_through};
-use super::coarse_fitter::CoarseFitter;
+use super::coarse_fitter::{CoarseFitter, JUDGED_BLUR_PX};
 use super::deviations::deviations;
 use super::low_modes::likeliest_shape;
 use super::measurements::measurements_of_mesh;
@@ -188,6 +188,27 @@ impl FrameFitter {
         let last = close_ups.pop().unwrap_or(canonical);
         surface.deviations = deviations(&mut self.coarse.mesh_fitter, &last, &surface)?;
         Ok(surface)
+    }
+
+    /// Judges without a fit how far the image confirms each vertex of the mesh at `vertices`, 0 to 1. These are in the camera's frame, mm.
+    ///
+    /// # Errors
+    /// As [`FrameFitter::fit`].
+    pub fn confidence_at(
+        &mut self,
+        image: &Picture,
+        camera: &Camera,
+        vertices: &[DVec3],
+    ) -> Result<Vec<f32>, GeometryError> {
+        check_start(vertices, self.coarse.mesh_fitter.fine.mesh.vertices().len())?;
+        let grey = GreyImage::of(image);
+        let round = FitRound {
+            resolution: Resolution::Fine,
+            ..FitRound::new(JUDGED_BLUR_PX, 0)
+        };
+        let observation = Observation::new(&grey, camera)?;
+        let judged = self.coarse.mesh_fitter.round(observation, vertices, &round, &[])?;
+        Ok(judged.correlation.confidence)
     }
 
     /// The template's mesh where `start` has the object, before any fit to the image: what a track starts from. Vertices in the

@@ -11,6 +11,7 @@ mod finder_kind;
 mod picture_descriptors;
 mod target;
 mod target_finder;
+mod target_fitter;
 mod view;
 
 pub use camera_origin::CameraOrigin;
@@ -18,5 +19,5 @@ pub use finder::{DescriptorFinder, Finder};
 pub use finder_kind::FinderKind;
 pub use picture_descriptors::SharedDescriptorNetwork;
 pub use target::Target;
-pub use target_finder::{Sighting, TargetFinder};
+pub use target_finder::{ALIKE, Sighting, TargetFinder};
 pub use view::View;

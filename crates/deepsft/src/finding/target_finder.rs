@@ -5,14 +5,16 @@ use super::finder::{DescriptorFinder, Finder};
 use super::finder_kind::FinderKind;
 use super::picture_descriptors::SharedDescriptorNetwork;
 use super::target::Target;
+use super::target_fitter::TargetFitter;
 use super::view::View;
 use crate::error::DeepSftError;
 use crate::estimate::{Estimate, Judgement};
-use deepsft_finding::PictureGrade;
-use deepsft_geometry::fitting::{FitOptions, FrameFitter, Start};
+use deepsft_finding::{FeatureFinder, PictureGrade};
+use deepsft_geometry::fitting::Start;
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::tracking::TrackingOptions;
-use deepsft_geometry::{CalibratedCamera, Camera, Maps, Picture, SelfCalibration, SelfCalibrationOptions};
+use deepsft_geometry::{CalibratedCamera, Camera, Maps, Picture, SelfCalibration, SelfCalibrationOptions, Surface};
+use std::sync::{Arc, Weak};
 
 /// The explained fraction from which no other finder is asked.
 const CLEAR: f64 = 0.8;
@@ -26,6 +28,9 @@ const STILL_SEEN: f32 = 0.8;
 
 /// Updates of the camera at most.
 const MAX_UPDATES: usize = 30;
+
+/// Share of their corners from which two pictures resemble each other.
+pub const ALIKE: f64 = 0.15;
 
 /// Where a track of the target may start in an image.
 #[derive(Clone, Debug)]
@@ -42,8 +47,9 @@ pub struct Sighting {
 pub struct TargetFinder {
     target: Target,
     finders: Vec<Finder>,
-    /// Made for the first image in which something is seen; sheets only.
-    fitter: Option<FrameFitter>,
+    fitter: Arc<TargetFitter>,
+    /// Of the targets that resemble this one.
+    lookalikes: Vec<Weak<TargetFitter>>,
 }
 
 impl TargetFinder {
@@ -71,9 +77,10 @@ impl TargetFinder {
     /// Takes these finders, asked in this order.
     pub fn with_finders(target: Target, finders: Vec<Finder>) -> Self {
         Self {
+            fitter: TargetFitter::new(target.template()),
             target,
             finders,
-            fitter: None,
+            lookalikes: Vec::new(),
         }
     }
 
@@ -85,10 +92,42 @@ impl TargetFinder {
     /// Grades how well features find the target's picture; `None` for a solid, and where none of the finders uses them. Takes up to
     /// 50 ms.
     pub fn grade(&self) -> Option<PictureGrade> {
+        let features = self.features().filter(|_| self.target.template().is_sheet());
+        features.map(FeatureFinder::grade)
+    }
+
+    fn features(&self) -> Option<&FeatureFinder> {
         self.finders.iter().find_map(|finder| match finder {
-            Finder::Features(features) if self.target.template().is_sheet() => Some(features.grade()),
+            Finder::Features(features) => Some(&**features),
             _ => None,
         })
+    }
+
+    /// Tells the two targets apart from now on, if their pictures share [`ALIKE`] of their corners or more. Where an image confirms the
+    /// other more, this one is then not found, as long as both live. Their meshes must be of one shape, whatever their size.
+    ///
+    /// Returns the fraction of the corners of one that the other has at the same places, of the two fractions the greater; 0 where features
+    /// do not look for both.
+    pub fn tell_apart(&mut self, other: &mut Self) -> f64 {
+        let (Some(own), Some(others)) = (self.features(), other.features()) else {
+            return 0.0;
+        };
+        let share = own.shared_with(others).max(others.shared_with(own));
+        if share >= ALIKE {
+            self.lookalikes.retain(|lookalike| lookalike.strong_count() > 0);
+            self.lookalikes.push(Arc::downgrade(&other.fitter));
+            other.lookalikes.push(Arc::downgrade(&self.fitter));
+        }
+        share
+    }
+
+    /// Whether the image confirms another target more where `surface` lies, one that [`TargetFinder::tell_apart`] has named.
+    ///
+    /// # Errors
+    /// As [`Finder::find`].
+    pub fn is_outdone(&self, view: &mut View<'_>, surface: &Surface) -> Result<bool, DeepSftError> {
+        let seen = (view.canonical(&surface.camera)?, &surface.camera);
+        self.fitter.is_outdone(&self.lookalikes, seen, surface)
     }
 
     /// Whether a negative answer is trustworthy: a network's is; features miss many frames that show the target.
@@ -116,9 +155,9 @@ impl TargetFinder {
             };
             // At the first sighting of any finder: made later, what judging a sheet takes would grow the memory of a page that has long been at
             // work, and hold up a frame. It needs more for a moment than a fit does, which then finds room there.
-            self.fitter()?.is_self_similar();
+            self.fitter.with(|fitter| Ok(fitter.is_self_similar()))?;
             let vertices_camera = match &start {
-                Start::Maps(_) => self.fitter()?.initial_mesh(camera, &start)?,
+                Start::Maps(_) => self.fitter.with(|fitter| fitter.initial_mesh(camera, &start))?,
                 Start::Mesh(_) => self.confirmed(view, camera, &start)?,
             };
             sightings.extend(vertices_camera.map(|vertices_camera| Sighting { by, vertices_camera }));
@@ -133,7 +172,8 @@ impl TargetFinder {
         Ok((sightings, seen))
     }
 
-    /// The fitted mesh, if a track could start from it. On a print that repeats itself the place must be clear as well.
+    /// The fitted mesh, if a track could start from it. On a print that repeats itself the place must be clear as well, and no target that
+    /// resembles this one may be the better.
     fn confirmed(
         &mut self,
         view: &mut View<'_>,
@@ -141,12 +181,16 @@ impl TargetFinder {
         start: &Start,
     ) -> Result<Option<Vec<DVec3>>, DeepSftError> {
         let least = TrackingOptions::default().start_correlation;
-        let surface = self.fitter()?.fit(view.canonical(camera)?, camera, start)?;
+        let canonical = view.canonical(camera)?;
+        let surface = self.fitter.with(|fitter| fitter.fit(canonical, camera, start))?;
         let confirmed = surface.filter(|surface| {
             let verdict = &surface.verdict;
             verdict.correlation >= least && (verdict.ambiguity.is_none() || verdict.is_found())
         });
-        Ok(confirmed.map(|surface| surface.vertices_camera))
+        match confirmed {
+            Some(surface) if !self.is_outdone(view, &surface)? => Ok(Some(surface.vertices_camera)),
+            _ => Ok(None),
+        }
     }
 
     /// Estimates the target in `view`: of what the finders see, fitted to the image and judged, that of which the image confirms most.
@@ -180,10 +224,10 @@ impl TargetFinder {
             let again = self.in_views(&mut view, seen.by.map(|by| (by, mesh))).await?;
             let is_seen = again.judgement.found && again.judgement.confidence >= STILL_SEEN * seen.judgement.confidence;
             if is_seen {
-                return Ok((self.in_close_ups(&view, again)?, Some(told)));
+                return Ok((self.in_close_ups(&mut view, again)?, Some(told)));
             }
         }
-        Ok((self.in_close_ups(&view, seen)?, None))
+        Ok((self.in_close_ups(&mut view, seen)?, None))
     }
 
     /// The camera of `view` as what is `seen` of a sheet tells it, and the mesh before it.
@@ -251,9 +295,16 @@ impl TargetFinder {
     }
 
     /// The estimate after its sheet was fitted to the image's own pixels.
-    fn in_close_ups(&mut self, view: &View<'_>, mut best: Estimate) -> Result<Estimate, DeepSftError> {
+    fn in_close_ups(&mut self, view: &mut View<'_>, mut best: Estimate) -> Result<Estimate, DeepSftError> {
         if let Some(surface) = best.surface.take() {
-            let surface = self.fitter()?.fit_close_ups(view.image(), view.camera(), surface)?;
+            if self.is_outdone(view, &surface)? {
+                (best.judgement.found, best.judgement.shape_determined) = (false, false);
+                return Ok(best);
+            }
+            let (image, camera) = (view.image(), view.camera());
+            let surface = self
+                .fitter
+                .with(|fitter| fitter.fit_close_ups(image, camera, surface))?;
             let drawn = surface.maps(self.target.template().mesh());
             // A network's mask leaves out what hides the object; the surface itself tells otherwise.
             best.maps = match surface.is_hidden.is_empty() {
@@ -289,13 +340,6 @@ impl TargetFinder {
         Ok(best)
     }
 
-    fn fitter(&mut self) -> Result<&mut FrameFitter, DeepSftError> {
-        Ok(match &mut self.fitter {
-            Some(fitter) => fitter,
-            none => none.insert(FrameFitter::new(self.target.template(), FitOptions::default())?),
-        })
-    }
-
     /// The estimate from what a finder sees: the fit to the image and its verdict. Of a solid whose fit the image does not confirm it is
     /// what the network says, with its own judgement.
     fn judged(
@@ -306,7 +350,7 @@ impl TargetFinder {
         start: Start,
     ) -> Result<Estimate, DeepSftError> {
         let canonical = view.canonical(camera)?;
-        let fitted = self.fitter()?.fit(canonical, camera, &start)?;
+        let fitted = self.fitter.with(|fitter| fitter.fit(canonical, camera, &start))?;
         let is_sheet = self.target.template().is_sheet();
         let surface = fitted.filter(|surface| is_sheet || surface.verdict.is_found());
         let mesh = self.target.template().mesh();

@@ -6,8 +6,8 @@ use crate::error::DeepSftError;
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::tracking::{OneEuro, TrackUpdate, Tracker, TrackerImage};
 use deepsft_geometry::{
-    CalibratedCamera, Camera, ImageSize, Maps, Picture, SelfCalibration, SelfCalibrationOptions, Surface, Template,
-    canonical_camera,
+    CalibratedCamera, Camera, Evidence, ImageSize, Maps, Picture, SelfCalibration, SelfCalibrationOptions, Surface,
+    Template, canonical_camera,
 };
 
 /// Correlation from which a mesh is good enough to tell of the camera.
@@ -80,6 +80,12 @@ impl FollowedTarget {
     pub(super) fn correlation(&self) -> Option<f64> {
         let surface = self.tracker.current().surface.as_ref();
         surface.map(|surface| surface.verdict.correlation)
+    }
+
+    /// What the newest frame confirms of its track, as `camera` sees it; `None` without a track.
+    pub(super) fn evidence(&self, camera: &Camera) -> Option<Evidence> {
+        let surface = self.tracker.current().surface.as_ref();
+        surface.map(|surface| surface.evidence(self.template.mesh(), camera))
     }
 
     /// Follows frame number `frame` in the canonical `image` of `camera`.

@@ -21,6 +21,7 @@
 //! | a track ends | no confirmed frame for 0.09 s and in two frames; at once where it leaves the view. Finders look for it from then on | `Tracker` |
 //! | a target is found | three frames in a row confirm its mesh, or one from 0.8 on | `presence.rs` |
 //! | a target is lost | no frame has confirmed its mesh for 0.4 s, or the video starts afresh | `presence.rs` |
+//! | a target gives way | in one place of a frame the image confirms more of another target: its sighting does not count, its track ends | `TargetFinder::tell_apart`, `Session::settle` |
 //! | finders confirm a followed target | after 2 s by the caller's clock; at once below 0.6; with a network whenever nothing is missing | `search_plan.rs` |
 
 mod exchange;

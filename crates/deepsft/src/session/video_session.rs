@@ -8,7 +8,7 @@ use super::view_choice::ViewChoice;
 use crate::error::DeepSftError;
 use crate::finding::View;
 use deepsft_geometry::tracking::TrackerImage;
-use deepsft_geometry::{CalibratedCamera, Camera, CanonicalViews, Maps, Template, training_camera};
+use deepsft_geometry::{CalibratedCamera, Camera, CanonicalViews, Evidence, Maps, Template, training_camera};
 use std::collections::BTreeMap;
 
 /// Follows targets through one video, without files, clocks and threads.
@@ -181,6 +181,7 @@ impl Session {
                     .min_by(|a, b| a.focal_deviation.total_cmp(&b.focal_deviation));
             }
         }
+        self.settle();
         Ok(FollowedFrame {
             number,
             afresh,
@@ -227,8 +228,26 @@ impl Session {
                 start,
             });
         }
+        self.settle();
         self.plan.took(&asked.question, now_s, took_s, since_missed_s);
         Ok(effects)
+    }
+
+    /// Ends the tracks that lie in one place of the newest frame with another of which the image confirms more.
+    fn settle(&mut self) {
+        let followed = self.targets.values().filter(|target| target.correlation().is_some());
+        let cameras: Vec<_> = followed.filter_map(|target| target.tracker.camera()).collect();
+        let [camera, _, ..] = cameras[..] else {
+            return;
+        };
+        let evidence: Vec<_> = self.targets.values().map(|target| target.evidence(&camera)).collect();
+        for ((id, target), own) in self.targets.iter_mut().zip(&evidence) {
+            let gives_way = |own: &Evidence| evidence.iter().flatten().any(|other| own.gives_way_to(other));
+            if own.as_ref().is_some_and(gives_way) {
+                target.restart();
+                self.plan.tracked(*id, None);
+            }
+        }
     }
 
     /// Withdraws the question that waits for its answer, if one does: its finders have failed.

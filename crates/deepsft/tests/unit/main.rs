@@ -8,5 +8,6 @@ mod printed_box;
 mod bundle;
 mod device;
 mod finding;
+mod lookalikes;
 mod near;
 mod session;

@@ -166,7 +166,9 @@ impl Tracker {
         let (reached, points) = meshes.last().map_or((0.0, 0), |Fitted { correlation, .. }| {
             (correlation.whole, correlation.points)
         });
-        if was_found && reached <= self.correlation() {
+        let is_elsewhere = meshes.last().is_some_and(|mesh| self.is_elsewhere(mesh));
+        let kept = self.correlation() + if is_elsewhere { OTHER_COPY } else { 0.0 };
+        if was_found && reached <= kept {
             self.searched = None;
             return Ok(TrackUpdate::Confirmed);
         }
@@ -206,6 +208,14 @@ impl Tracker {
     fn correlation(&self) -> f64 {
         let surface = self.current.surface.as_ref();
         surface.map_or(0.0, |surface| surface.verdict.correlation)
+    }
+
+    /// Whether `mesh` is so far from the track in the newest frame that it is no other fold of it, but maybe another copy of the print.
+    fn is_elsewhere(&self, mesh: &Fitted) -> bool {
+        let middle = |vertices: &[DVec3]| vertices.iter().sum::<DVec3>() / vertices.len() as f64;
+        let track = self.frames.back().and_then(|newest| newest.mesh.as_ref());
+        let apart_mm = track.map_or(0.0, |track| middle(&track.vertices).distance(middle(&mesh.vertices)));
+        apart_mm > self.fitter.mesh_fitter.template.size_mm().min_element() / 2.0
     }
 
     /// Whether the mesh in frame `index` shows four fifths of what is `measured` where it was measured.
@@ -447,6 +457,9 @@ impl Tracker {
 /// Pixels of the canonical image inside the drawn mesh's silhouette that are not compared: a mesh that is a little off would see what lies
 /// beside the sheet there, and creep out over it.
 const MARGIN_PX: usize = 2;
+
+/// How much higher the correlation of a mesh elsewhere must be for the track to go there: of two copies in one light the followed one is kept.
+const OTHER_COPY: f64 = 0.15;
 
 /// Accepted solver steps of the rounds before the last: they only bring the mesh near.
 const EARLIER_STEPS: usize = 1;
