@@ -3,6 +3,7 @@
 use crate::dof::Dof;
 use crate::figure::{self, Panel};
 use crate::methods::{Method, Methods};
+use crate::stopwatch::Stopwatch;
 use crate::table::{self, FrameErrors, Row};
 use anyhow::{Context, Result, bail};
 use clap::{Args, ValueEnum};
@@ -11,7 +12,6 @@ use deepsft_formats::{read_template, write_file};
 use deepsft_geometry::{Maps, Template, training_camera};
 use deepsft_synth::{ClipEvent, ClipLength, ClipStory, FIRST_CLIP_SEED, Sample, SynthConfig, Synthesizer};
 use std::path::PathBuf;
-use std::time::Instant;
 
 /// Frames of a clip, and each how many of them one is measured.
 const CLIP_FRAMES: usize = 30;
@@ -32,12 +32,12 @@ Methods:
   ch17-dof, ch17r-dof   the same, from the registration of dense optical flow (Brox et al. 2004), frame to frame
   dof         that registration itself
   ngo15       Ngo, Ostlund, Fua 2015: Laplacian mesh from matches of our features
-  robusft     as ROBUSfT (Shetab-Bushehri et al. 2022): the same matches, their neighbours' vote, position-based mesh
   features    ours, without training
   network, network-fit   ours, with the bundle of --model
 
 The table has mean / median over the frames, over the pixels that are in both masks. E_pr is the paper's photometric error, not corrected for
-light, over the same pixels. Frames per second are of one frame after the other on this machine, without what is given.
+light, over the same pixels. Frames per second are frames per
+second of processor time, all threads together, without what is given.
 
 The command writes
   DIR/table.json    every figure of every frame
@@ -165,12 +165,12 @@ struct Followed {
 impl Followed {
     /// Takes the next frame: the first with its truth, the others as the flow has them.
     fn follow(&mut self, sample: &Sample, template: &Template) {
-        let began = Instant::now();
+        let began = Stopwatch::start();
         match &mut self.dof {
             None => self.dof = Some(Dof::new(template, sample.truth.clone())),
             Some(dof) => self.registration = dof.next(&sample.image, &sample.camera).ok().cloned(),
         }
-        self.seconds = began.elapsed().as_secs_f64();
+        self.seconds = began.seconds();
     }
 }
 
@@ -246,11 +246,11 @@ impl Comparison {
         let is_drawn = self.measured() % self.drawn_each == 0;
         let mut panels = vec![figure::image(sample)];
         for row in &mut self.rows {
-            let began = Instant::now();
+            let began = Stopwatch::start();
             let answer = self.runner.answer(row.method, sample, flow.registration.as_ref())?;
             let seconds = match row.method {
                 Method::Dof => flow.seconds,
-                _ => began.elapsed().as_secs_f64(),
+                _ => began.seconds(),
             };
             let errors = FrameErrors::of(row.method, answer.as_ref(), sample, &self.template, seconds)?;
             if row.method.has_depth() {

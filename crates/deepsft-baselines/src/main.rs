@@ -13,8 +13,8 @@ mod methods;
 mod ngo15;
 mod ours;
 mod reduced;
-mod robusft;
 mod spline;
+mod stopwatch;
 mod table;
 
 use anyhow::Result;

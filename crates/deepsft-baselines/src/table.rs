@@ -19,7 +19,7 @@ pub struct FrameErrors {
     pub photo_consistency_error: Option<f64>,
     /// Fraction of the true mask that is answered.
     pub coverage: Option<f64>,
-    /// What the answer took, s.
+    /// Processor time of the answer, s.
     pub seconds: f64,
 }
 
@@ -78,7 +78,7 @@ impl Row {
             .count()
     }
 
-    /// Frames per second, one after the other.
+    /// Frames per second of processor time.
     fn frames_per_second(&self) -> f64 {
         self.frames.len() as f64 / self.frames.iter().map(|frame| frame.seconds).sum::<f64>()
     }
@@ -117,7 +117,7 @@ impl Row {
 /// The table in Markdown.
 pub fn markdown(rows: &[Row]) -> String {
     let mut lines = vec![
-        "| method | answered | depth RMSE, mm | registration RMSE, px | E_pr | coverage | frames per second |"
+        "| method | answered | depth RMSE, mm | registration RMSE, px | E_pr | coverage | frames per processor second |"
             .to_owned(),
         "|---|---|---|---|---|---|---|".to_owned(),
     ];
