@@ -42,7 +42,7 @@ second of processor time, all threads together, without what is given.
 The command writes
   DIR/table.json    every figure of every frame
   DIR/table.md      the table as it is printed
-  DIR/figure.png    four frames: image, and the depth error of each method, black for none to yellow for 50 mm
+  DIR/figure.png    four frames: image, and the depth error of each method, black for none to yellow for 20 mm
 
 Examples:
   deepsft-baselines compare --template models/poster-a4/template --frames 30 --out compared

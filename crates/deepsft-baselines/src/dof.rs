@@ -197,8 +197,9 @@ mod tests {
     fn a_sheet_that_moves_by_five_pixels_a_frame_stays_registered() {
         let texture = Picture::from_fn(297, 210, |x, y| {
             let (x, y) = (x as f32, y as f32);
-            let wave = 120.0 + 50.0 * (0.13 * x + 0.05 * y).sin() + 50.0 * (0.11 * y - 0.06 * x).cos();
-            [wave as u8, (255.0 - wave) as u8, 90]
+            let wave = |a: f32, b: f32, phase: f32| (a * x + b * y + phase).sin();
+            let coarse = 40.0 * wave(0.11, 0.05, 0.3) + 35.0 * wave(-0.07, 0.16, 1.0);
+            [(127.0 + coarse + 25.0 * wave(0.41, 0.33, 2.0) + 20.0 * wave(-0.5, 0.21, 0.0)) as u8; 3]
         });
         let template = Template::thin_shell(texture, SIZE_MM.x, SIZE_MM.y).unwrap();
         let camera = training_camera();

@@ -9,7 +9,7 @@ use deepsft_synth::Sample;
 const FONT: &[u8] = include_bytes!("../../deepsft-cli/fonts/Inter-Regular.ttf");
 
 /// Depth error of the brightest colour, mm.
-pub const SCALE_MM: f64 = 50.0;
+pub const SCALE_MM: f64 = 20.0;
 
 /// Colours of errors from 0 to the scale: inferno of matplotlib, every quarter.
 const INFERNO: [[f64; 3]; 5] = [
