@@ -243,7 +243,7 @@ impl Comparison {
 
     /// Runs every method on a frame.
     fn measure(&mut self, sample: &Sample, flow: &Followed) -> Result<()> {
-        let is_drawn = self.measured() % self.drawn_each == 0;
+        let is_drawn = self.measured().is_multiple_of(self.drawn_each);
         let mut panels = vec![figure::image(sample)];
         for row in &mut self.rows {
             let began = Stopwatch::start();
