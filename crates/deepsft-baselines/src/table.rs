@@ -135,7 +135,7 @@ pub fn markdown(rows: &[Row]) -> String {
             row.method.label(),
             row.answered(),
             row.frames.len(),
-            number(row.summary(|frame| frame.depth_rmse_mm), 1),
+            number(row.summary(|frame| frame.depth_rmse_mm), 2),
             number(row.summary(|frame| frame.photo_consistency_error), 3),
             row.summary(|frame| frame.coverage)
                 .map_or_else(|| "-".to_owned(), |covered| format!("{:.2}", covered.mean)),
