@@ -59,6 +59,10 @@ const ARROWS: &[(&str, &[&str])] = &[
         ],
     ),
     (
+        "deepsft-baselines",
+        &["deepsft", "deepsft-synth", "deepsft-formats", "deepsft-geometry"],
+    ),
+    (
         "deepsft-fuzz",
         &[
             "deepsft",
@@ -79,6 +83,7 @@ const NEVER_IN_THE_BROWSER: &[&str] = &[
     "deepsft-calibration",
     "deepsft-cli",
     "deepsft-lab",
+    "deepsft-baselines",
     "deepsft-fuzz",
     "clap",
     "anyhow",

@@ -5,7 +5,14 @@ use serde_json::Value;
 use std::{collections::BTreeSet, fs, path::Path, process::Command};
 
 /// The crates that stay here. `deepsft-web` is published compiled, in the npm package.
-const UNPUBLISHED: &[&str] = &["deepsft-fuzz", "deepsft-lab", "deepsft-tests", "deepsft-web", "xtask"];
+const UNPUBLISHED: &[&str] = &[
+    "deepsft-baselines",
+    "deepsft-fuzz",
+    "deepsft-lab",
+    "deepsft-tests",
+    "deepsft-web",
+    "xtask",
+];
 
 /// Categories as the registry spells them. It takes no other, and says so only when a crate is uploaded.
 const CATEGORIES: &[&str] = &[

@@ -101,13 +101,19 @@ impl FeatureFinder {
         corners.filter(is_shared).count() as f64 / own.places.len().max(1) as f64
     }
 
+    /// Matches `features` of an image with those of the picture, the clearest first: right ones and wrong ones, before neighbours confirm
+    /// any. Pixels are those of the camera that [`Features::of`] gives.
+    pub fn matches(&self, features: &Features) -> Vec<Match> {
+        matches(features, &self.target)
+    }
+
     /// Finds the picture among `features` of an image that `camera` took. `None` when too few matches agree. A sheet that is found
     /// may still be a mistake: its fit to the image decides.
     ///
     /// # Errors
     /// [`GeometryError`] when the solver refuses its input.
     pub fn find(&mut self, features: &Features, camera: &Camera) -> Result<Option<FoundMesh>, GeometryError> {
-        self.find_among(&matches(features, &self.target), features, camera)
+        self.find_among(&self.matches(features), features, camera)
     }
 
     /// As [`Self::find`], among `candidates` that were matched elsewhere, the clearest first. The mesh gathers more matches from
