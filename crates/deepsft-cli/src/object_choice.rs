@@ -92,7 +92,7 @@ impl DescriptorChoice {
 pub struct LookalikeChoice {
     /// Picture of the same series, printed as wide: where that one is seen, the object does not count as found. May be given several times
     #[arg(long = "lookalike", value_name = "FILE", requires = "picture")]
-    pictures: Vec<PathBuf>,
+    lookalikes: Vec<PathBuf>,
 }
 
 impl LookalikeChoice {
@@ -114,7 +114,7 @@ impl LookalikeChoice {
             }
             Ok(other)
         };
-        self.pictures.iter().map(told_apart).collect()
+        self.lookalikes.iter().map(told_apart).collect()
     }
 }
 
