@@ -238,11 +238,8 @@ impl TargetFinder {
         focal_deviation: f64,
     ) -> Result<Option<(CalibratedCamera, Vec<DVec3>)>, DeepSftError> {
         let template = self.target.template();
-        let Some(surface) = seen
-            .surface
-            .as_ref()
-            .filter(|_| seen.judgement.found && template.is_sheet())
-        else {
+        let can_tell = focal_deviation > 0.0 && seen.judgement.found && template.is_sheet();
+        let Some(surface) = seen.surface.as_ref().filter(|_| can_tell) else {
             return Ok(None);
         };
         let mut options = SelfCalibrationOptions {
