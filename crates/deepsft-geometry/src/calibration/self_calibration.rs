@@ -236,7 +236,11 @@ impl SelfCalibration {
             told.add(&view.reduced);
             views += 1;
         }
-        let (step, covariance) = told.solve();
+        let (mut step, covariance) = told.solve();
+        for (step, deviation) in step.iter_mut().zip(self.options.deviations) {
+            // Rounding would move what is held.
+            *step *= f64::from(deviation > 0.0);
+        }
         let fraction = (MAX_STEP / step[0].abs()).min(1.0);
         let step = step.map(|step| fraction * step);
         let camera = stepped(&camera, DVec4::from_slice(&step))?;

@@ -151,6 +151,7 @@ fn one_photograph_of_a_bent_sheet_tells_its_camera() {
     );
     assert!((depth - 1.0).abs() < 0.08, "{depth}");
     assert!((told.assumed, told.camera.size()) == (short, camera.size()));
+    assert_eq!(told.camera.lens(), camera.lens(), "one view tells no distortion");
     let (depth, told) = estimate(&short, CameraOrigin::Known);
     assert!(told.is_none() && (depth - 0.8).abs() < 0.03, "{depth}");
 }
