@@ -32,7 +32,8 @@ function difference(a, b) {
 async function stopped(page) {
   await page.click("#use-clip");
   for (let isFollowed = false; !isFollowed; ) {
-    await page.evaluate(() => void document.querySelector("#video").play());
+    // The page may still be loading the clip: it plays by itself then.
+    await page.evaluate(() => void document.querySelector("#video").play().catch(() => undefined));
     await page.waitForSelector('#live[data-mesh="true"]');
     await page.waitForSelector("#measures:not([hidden])");
     await page.evaluate(() => document.querySelector("#video").pause());
