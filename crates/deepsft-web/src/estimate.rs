@@ -35,7 +35,7 @@ export interface RawEstimate {
   told: number[] | null;
   /** The mesh of the maps, where one was fitted on the way. */
   fitted: RawMesh | null;
-  /** Milliseconds of the canonical warp, the network (with its read-back), the judgement, and of finding by features, the fit included. */
+  /** Milliseconds of a network's canonical warp, the network (with its read-back), the judgement, and of finding by features, warp and fit included. */
   times: { warpMs: number, networkMs: number, judgeMs: number, featuresMs: number };
 }
 "#;

@@ -17,8 +17,8 @@ export type EstimateTimes = {
 /** @import { MeshRequest, RawEstimate } from "../engine/engine-worker.js" */
 /** @import { Target } from "../targets/target.js" */
 /**
- * Milliseconds spent on a frame: `capture` (grabbing it and reading its pixels), `warp` (to the canonical image),
- * `network`, `judge` (confidence), `features` (finding a picture, the fit that confirms it included), `fit` (of a mesh to what
+ * Milliseconds spent on a frame: `capture` (grabbing it and reading its pixels), `warp` (to the canonical image, for a network),
+ * `network`, `judge` (confidence), `features` (finding a picture, warp and fit included), `fit` (of a mesh to what
  * the network found, where it was asked for), and `total`, from the call to the result.
  *
  * @typedef {object} EstimateTimes
