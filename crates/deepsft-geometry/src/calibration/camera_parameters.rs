@@ -37,11 +37,7 @@ pub(super) fn stepped(camera: &Camera, step: DVec4) -> Result<Camera, GeometryEr
         return pinhole.with_fisheye(coefficients);
     }
     let [k1, k2, p1, p2, k3] = distortion(camera);
-    match [k1 + step.w, k2, p1, p2, k3] {
-        // Without distortion images are warped by columns and rows, many times as fast.
-        [0.0, 0.0, 0.0, 0.0, 0.0] => Ok(pinhole),
-        coefficients => pinhole.with_distortion(coefficients),
-    }
+    pinhole.with_distortion([k1 + step.w, k2, p1, p2, k3])
 }
 
 /// The polynomial's coefficients; zeros for other lenses.
