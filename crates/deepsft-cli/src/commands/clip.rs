@@ -1,4 +1,4 @@
-//! `deepsft clip`: a synthetic clip of a moving, bending sheet, with ground truth.
+//! `deepsft clip`: a synthetic clip of a moving, bending object, with ground truth.
 
 use crate::failure::usage;
 use crate::numbers::positive;
@@ -37,14 +37,15 @@ The command writes
                             `deepsft eval --data DIR/truth` measures a network on it, frame by frame
 
 What can happen:
-  motion      the sheet moves and bends as in two hands; all of it is in view nearly always
+  motion      the object moves and bends as in two hands; all of it is in view nearly always
   occlusion   the same, and an arm passes before it
-  jump-cut    from one frame to the next the sheet is elsewhere, as after a cut
-  leaving     the sheet leaves the view, is away for a while, and comes back
+  jump-cut    from one frame to the next the object is elsewhere, as after a cut
+  leaving     the object leaves the view, is away for a while, and comes back
   still       nothing moves; the sensor noise differs from frame to frame
+  turning     the object also turns once around its upright axis, so that all its sides are seen
 
 The same template, seed and options give the same frames: on one machine bit for bit. On other machines the last bits
-may differ, as libraries of elementary functions do. `deepsft track` follows the sheet; the truth lies beside the frames,
+may differ, as libraries of elementary functions do. `deepsft track` follows it; the truth lies beside the frames,
 so it also reports its errors. The program ffmpeg makes a video of the frames:
   ffmpeg -framerate 30 -i DIR/frame-%05d.png -pix_fmt yuv420p clip.mp4
 
@@ -60,6 +61,9 @@ pub struct ClipArguments {
     /// What happens
     #[arg(long, value_name = "EVENT", default_value = "motion")]
     event: ClipEvent,
+    /// An object with a volume keeps its rest shape: a box, a tin
+    #[arg(long)]
+    at_rest: bool,
     /// Number of frames
     #[arg(long, value_name = "N", default_value_t = 60, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     frames: u32,
@@ -92,7 +96,11 @@ pub fn run(arguments: &ClipArguments) -> Result<()> {
     } else {
         across
     };
-    let synthesizer = Synthesizer::new(&template, SynthConfig::for_clip_stories(camera))?;
+    let mut config = SynthConfig::for_clip_stories(camera);
+    if arguments.at_rest && !template.is_sheet() {
+        config.deformation.max_edge_change.p95 = 0.0;
+    }
+    let synthesizer = Synthesizer::new(&template, config)?;
     let story = ClipStory::new(&synthesizer, length, arguments.event, arguments.seed)?;
     let frames = story.length().frames;
     interruption::watch()?;

@@ -13,8 +13,10 @@ use clip_record::{FrameRecord, Motion, losses};
 use deepsft::session::{VideoFollower, VideoOptions};
 use deepsft::{Device, Finder, Target, TargetFinder, View};
 use deepsft_formats::write_file;
+use deepsft_geometry::glam::DVec3;
+use deepsft_geometry::raster::VisibleSurface;
 use deepsft_geometry::tracking::{OneEuro, OneEuroOptions, TrackUpdate};
-use deepsft_geometry::{Camera, Maps, training_camera};
+use deepsft_geometry::{Camera, ImageSize, Maps, Template, training_camera};
 use deepsft_synth::{ClipEvent, ClipLength, ClipStory, FIRST_CLIP_SEED, Sample, SynthConfig, Synthesizer};
 use deepsft_train::tracking_errors;
 use serde::Serialize;
@@ -37,16 +39,27 @@ const EVENTS: [ClipEvent; 10] = [
     ClipEvent::Motion,
 ];
 
+/// The same of an object that is no sheet.
+const EVENTS_OF_SOLIDS: [ClipEvent; 5] = [
+    ClipEvent::Turning,
+    ClipEvent::Occlusion,
+    ClipEvent::Turning,
+    ClipEvent::Leaving,
+    ClipEvent::Motion,
+];
+
 #[derive(Args)]
 #[command(after_help = "\
 Each clip shows a sheet that moves and bends as in two hands, at 30 frames per second. The exposure is a third of a frame,
 and the sensor is noisy. Ten clips take turns: in three nothing else happens, in two an arm passes in front, two have a
-cut, in two the sheet leaves the view and comes back, in one it is still. `deepsft clip` writes any of them.
+cut, in two the sheet leaves the view and comes back, in one it is still. `deepsft clip` writes any of them. An object
+with a volume bends too; of five clips it turns all around in two, an arm passes in one, in one it leaves and comes back.
 
 The report lists
-  tracked         fraction of the frames in view (at least 30 % of the print) whose registration RMSE is at most 2 px of
-                  the 480 x 270 image; also without the frames in which the network had not yet answered about the
-                  sheet, at the start, after a cut and after a return
+  tracked         fraction of the frames in view (at least 30 % of the print; of an object with a volume, of the print on
+                  the side that it shows) whose registration RMSE is at most 2 px of the 480 x 270 image; also without the
+                  frames in which the network had not yet answered about the sheet, at the start, after a cut and after a
+                  return
   off             false positions: frames in view that count as found and are more than 5 px off
   found without   false detections: frames that count as found and show nothing of the sheet
   recoveries      how losses (not found, or more than 5 px off) ended: within 2 px again by the frame at which the
@@ -73,9 +86,12 @@ pub struct TrackingStudyArguments {
     /// Seed of the first clip; the next ones count up
     #[arg(long, value_name = "S", default_value_t = FIRST_CLIP_SEED + 1000)]
     seed: u64,
-    /// Only clips in which this happens: motion, occlusion, jump-cut, leaving or still
+    /// Only clips in which this happens: motion, occlusion, jump-cut, leaving, still or turning
     #[arg(long, value_name = "EVENT")]
     event: Option<ClipEvent>,
+    /// The object keeps its rest shape: a box, a tin
+    #[arg(long)]
+    at_rest: bool,
     /// Frames after which the network's answer is there
     #[arg(long, value_name = "K", default_value_t = 4, value_parser = clap::value_parser!(u64).range(..=30))]
     delay: u64,
@@ -112,11 +128,19 @@ pub fn run(arguments: &TrackingStudyArguments) -> Result<()> {
     let bundle = reading::bundle(&arguments.model)?;
     let target = Target::from_model(&bundle, &Device::Cpu)?;
     let (mut finder, camera) = finder(&target, arguments.finders)?;
-    let synthesizer = Synthesizer::new(target.template(), SynthConfig::for_clip_stories(camera))?;
+    let mut config = SynthConfig::for_clip_stories(camera);
+    if arguments.at_rest {
+        config.deformation.max_edge_change.p95 = 0.0;
+    }
+    let synthesizer = Synthesizer::new(target.template(), config)?;
+    let events = match target.template().is_sheet() {
+        true => &EVENTS[..],
+        false => &EVENTS_OF_SOLIDS,
+    };
     let mut progress = Progress::of(arguments.clips, "clips");
     let mut clips = Vec::new();
     for number in 0..arguments.clips {
-        let event = arguments.event.unwrap_or(EVENTS[number as usize % EVENTS.len()]);
+        let event = arguments.event.unwrap_or(events[number as usize % events.len()]);
         let length = ClipLength {
             frames: arguments.frames as usize,
             ..ClipLength::default()
@@ -200,7 +224,8 @@ fn track(
         let effect = followed.detection.map(|detection| detection.effect);
         frames.push(FrameRecord {
             frame,
-            print_in_view: tracking_errors::print_in_view(truth),
+            print_in_view: tracking_errors::print_in_view(truth)
+                / most_in_view(template, &sample.vertices_camera, camera)?,
             found: surface.is_some(),
             correlation: tracked.correlation,
             iterations: tracked.iterations,
@@ -255,6 +280,18 @@ fn track(
     let (tracked, in_view) = record.tracked();
     record.tracked_fraction = (in_view > 0).then(|| tracked as f64 / in_view as f64);
     Ok(record)
+}
+
+/// Fraction of the print that would be in view if nothing hid the object and the image had no end: of a sheet all of it.
+fn most_in_view(template: &Template, vertices_camera: &[DVec3], camera: &Camera) -> Result<f64> {
+    if template.is_sheet() || vertices_camera.is_empty() {
+        return Ok(1.0);
+    }
+    let (size, focal) = (camera.size(), camera.focal());
+    let wide = ImageSize::from((3 * size.width, 3 * size.height));
+    let wide = Camera::pinhole(wide, focal, camera.principal_point() + size.as_dvec2())?;
+    let maps = VisibleSurface::new(template.mesh(), vertices_camera, &wide).maps();
+    Ok(tracking_errors::print_in_view(&maps).max(f64::MIN_POSITIVE))
 }
 
 fn print(summary: &Summary, by_event: &BTreeMap<&'static str, Summary>) {

@@ -1,17 +1,18 @@
-//! Clips: a sheet that bends and moves smoothly before the camera, as in two hands, and comes back to where it began.
+//! Clips: an object that bends and moves smoothly before the camera, as in two hands, and comes back to where it began.
 //!
 //! The paper records such sequences with a Kinect; ours are rendered, and labelled so. Everything that moves is a
 //! trigonometric polynomial of the clip's phase (0 to 1), so a clip loops without a seam and a frame is a pure
 //! function of (template, configuration, seed, phase).
 
-use crate::deform::{Bend, Rulings, face_front};
+use crate::deform::{Bend, ControlPointDeformation, EdgeLengthChange, MOVED, Pulls, Rulings, face_front};
 use crate::random::{Stream, between, generator};
 use crate::render::{EffectsConfig, LightingConfig};
 use crate::scene::SynthConfig;
 use deepsft_geometry::glam::{DAffine3, DQuat, DVec2, DVec3};
-use deepsft_geometry::{Camera, Template};
+use deepsft_geometry::{Camera, RigidMotion, Template, catmull_rom};
 use rand::Rng;
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, PI, TAU};
+use std::sync::OnceLock;
 
 /// Clips have seeds of their own, from here on: no training and no evaluation of this project uses them.
 pub const FIRST_CLIP_SEED: u64 = 9_000_000;
@@ -31,6 +32,11 @@ const ONE_SIDED: f64 = 0.75;
 const ROOM_FRACTION: f64 = 0.85;
 /// Softness of the limit at which there is no room left, pixels of a 480-pixel row.
 const ROOM_SOFTNESS: f64 = 10.0;
+
+/// Shapes of a solid in a loop: from one to the next a limb turns by a few degrees.
+const SHAPES: usize = 32;
+/// Index of the generator of how a solid bends.
+const BENDING_INDEX: u64 = 2;
 
 /// Least and greatest depth (z) of the sheet's centroid in clips, mm: all of an A4 sheet is in the training camera's view
 /// nearly always.
@@ -87,7 +93,7 @@ impl SynthConfig {
 ///
 /// In every frame the sheet is one exact developable, a generalised cone whose rulings, curvature and apex drift
 /// (our choice; real paper also folds), so that edges keep their length up to the chords of the mesh. A template
-/// that is no sheet moves rigidly.
+/// that is no sheet moves rigidly; in a [`ClipStory`](crate::ClipStory) it also bends.
 ///
 /// ```
 /// use deepsft_geometry::{Picture, Template, training_camera};
@@ -116,6 +122,19 @@ pub struct ClipMotion<'a> {
     apex: Swing,
     arch: Swing,
     wave: Swing,
+    /// How a solid bends.
+    bending: Option<Bending<'a>>,
+}
+
+/// How a solid bends in the course of a loop: control points swing, each in its own time.
+#[derive(Clone, Debug)]
+struct Bending<'a> {
+    control_points: &'a ControlPointDeformation,
+    most: EdgeLengthChange,
+    pulls: Pulls,
+    swings: [Swing; MOVED[1]],
+    /// Its shapes at equal steps of the loop, made when first needed.
+    shapes: OnceLock<Vec<Vec<DVec3>>>,
 }
 
 impl<'a> ClipMotion<'a> {
@@ -142,17 +161,47 @@ impl<'a> ClipMotion<'a> {
             apex: swing(),
             arch: swing(),
             wave: swing(),
+            bending: None,
         }
+    }
+
+    /// The same motion, of a solid that its control points bend, within bounds on the change of its edge lengths.
+    pub(crate) fn bent_by(
+        mut self,
+        (control_points, most): (&'a ControlPointDeformation, EdgeLengthChange),
+        seed: u64,
+    ) -> Self {
+        let mut rng = generator(seed, BENDING_INDEX, Stream::Motion);
+        self.bending = Some(Bending {
+            control_points,
+            most,
+            pulls: control_points.draw(&mut rng),
+            swings: std::array::from_fn(|_| Swing::sample(&mut rng)),
+            shapes: OnceLock::new(),
+        });
+        self
     }
 
     /// The vertices of the template's mesh at `phase`, mm, camera frame. Phase 1 is phase 0 again.
     pub fn vertices_camera(&self, phase: f64) -> Vec<DVec3> {
-        let mut vertices = self.template.mesh().vertices().to_vec();
+        self.turned_vertices_camera(phase, 0.0)
+    }
+
+    /// The same, after the object was turned by `turn` radians about its upright axis.
+    pub(crate) fn turned_vertices_camera(&self, phase: f64, turn: f64) -> Vec<DVec3> {
+        let rest = self.template.mesh().vertices();
+        let mut vertices = rest.to_vec();
         if self.template.is_sheet() {
-            self.bend(phase).apply(self.template.mesh().vertices(), &mut vertices);
+            self.bend(phase).apply(rest, &mut vertices);
         }
         face_front(self.template.mesh(), &mut vertices);
-        let pose = self.pose(phase);
+        if let Some(bent) = self.bending.as_ref().and_then(|bending| bending.at(phase)) {
+            // Of a surface that closes, or nearly so, the mean normal says nothing: the rest shape faces the front.
+            let pairs = rest.iter().zip(&vertices).map(|(&from, &to)| (from, to, 1.0));
+            let front = RigidMotion::align(pairs, RigidMotion::IDENTITY);
+            vertices = bent.into_iter().map(|p| front.apply(p)).collect();
+        }
+        let pose = self.pose(phase) * DAffine3::from_rotation_y(turn);
         vertices.into_iter().map(|p| pose.transform_point3(p)).collect()
     }
 
@@ -195,6 +244,24 @@ impl<'a> ClipMotion<'a> {
         let shift = ROOM_FRACTION * room * DVec2::new(self.across.at(phase), self.down.at(phase));
         let centroid = self.camera.unproject(image / 2.0 + shift, depth);
         DAffine3::from_rotation_translation(tilt * roll, centroid)
+    }
+}
+
+impl Bending<'_> {
+    /// The shape at `phase`, mm, template frame: between shapes that are as rigid as possible (Catmull-Rom). `None` where every bend
+    /// stretches it too much.
+    fn at(&self, phase: f64) -> Option<Vec<DVec3>> {
+        let shapes = self.shapes.get_or_init(|| {
+            let phases = (0..SHAPES).map(|k| k as f64 / SHAPES as f64);
+            let strengths = phases.map(|phase| move |pull: usize| self.swings[pull].at(phase));
+            self.control_points.shapes(&self.pulls, self.most, strengths)
+        });
+        let at = phase.rem_euclid(1.0) * SHAPES as f64;
+        let weights = catmull_rom(at.fract());
+        let near = |k: usize| shapes.get((at as usize + SHAPES - 1 + k) % SHAPES);
+        let near = [near(0)?, near(1)?, near(2)?, near(3)?];
+        let between = |i: usize| (0..4).map(|k| weights[k] * near[k][i]).sum();
+        Some((0..near[0].len()).map(between).collect())
     }
 }
 

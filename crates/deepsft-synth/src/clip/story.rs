@@ -9,6 +9,7 @@ use crate::scene::{Moment, Scene, SynthConfig, Synthesizer};
 use deepsft_geometry::Camera;
 use deepsft_geometry::glam::DVec3;
 use rand::RngExt;
+use std::f64::consts::TAU;
 use std::ops::Range;
 use std::str::FromStr;
 
@@ -54,13 +55,22 @@ pub enum ClipEvent {
     Leaving,
     /// Nothing moves; only the sensor noise differs from frame to frame.
     Still,
+    /// The object moves and bends, and turns once around its upright axis: all its sides are seen.
+    Turning,
 }
 
 impl ClipEvent {
     /// All of them.
-    pub const ALL: &[Self] = &[Self::Motion, Self::Occlusion, Self::JumpCut, Self::Leaving, Self::Still];
+    pub const ALL: &[Self] = &[
+        Self::Motion,
+        Self::Occlusion,
+        Self::JumpCut,
+        Self::Leaving,
+        Self::Still,
+        Self::Turning,
+    ];
 
-    /// A word for it: `motion`, `occlusion`, `jump-cut`, `leaving` or `still`.
+    /// A word for it: `motion`, `occlusion`, `jump-cut`, `leaving`, `still` or `turning`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Motion => "motion",
@@ -68,6 +78,7 @@ impl ClipEvent {
             Self::JumpCut => "jump-cut",
             Self::Leaving => "leaving",
             Self::Still => "still",
+            Self::Turning => "turning",
         }
     }
 }
@@ -163,7 +174,13 @@ impl<'a> ClipStory<'a> {
     ) -> Result<Self, SynthError> {
         length.check()?;
         let camera = &synthesizer.config().camera;
-        let motion = |seed| ClipMotion::new(synthesizer.template(), camera, seed);
+        let motion = |seed| {
+            let motion = ClipMotion::new(synthesizer.template(), camera, seed);
+            match synthesizer.control_points() {
+                Some(control_points) => motion.bent_by(control_points, seed),
+                None => motion,
+            }
+        };
         let mut rng = generator(seed, EVENT_INDEX, Stream::Motion);
         let cut_fraction = CUT[0] + (CUT[1] - CUT[0]) * rng.random::<f64>();
         let direction = [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y][rng.random_range(0..4)];
@@ -211,7 +228,7 @@ impl<'a> ClipStory<'a> {
         let frames = self.length.frames as f64;
         let between = |[from, to]: [f64; 2]| (from * frames).floor() as usize..(to * frames).ceil() as usize;
         match self.event {
-            ClipEvent::Motion | ClipEvent::Still => 0..0,
+            ClipEvent::Motion | ClipEvent::Still | ClipEvent::Turning => 0..0,
             ClipEvent::Occlusion => between(PASSING),
             ClipEvent::JumpCut => self.cut.as_ref().map_or(0..0, |(first, _)| *first..first + 1),
             ClipEvent::Leaving => between([LEAVING[0], LEAVING[3]]),
@@ -255,7 +272,11 @@ impl<'a> ClipStory<'a> {
             _ => &self.motion,
         };
         let frame = if self.event == ClipEvent::Still { 0.0 } else { frame };
-        let mut vertices = motion.vertices_camera(frame / self.length.frames_per_s / LOOP_S);
+        let turn = match self.event {
+            ClipEvent::Turning => TAU * frame / self.length.frames as f64,
+            _ => 0.0,
+        };
+        let mut vertices = motion.turned_vertices_camera(frame / self.length.frames_per_s / LOOP_S, turn);
         let away = self.away * self.away_fraction(frame);
         vertices.iter_mut().for_each(|p| *p += away);
         vertices

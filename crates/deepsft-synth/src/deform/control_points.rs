@@ -31,8 +31,8 @@ const WEAKENING_TRIES: usize = 6;
 /// Weight of a control point's vertex against the completion's energies: control points give way a little, so that the stretch spreads.
 const WEIGHT: f64 = 2.0;
 
-/// Control points that move.
-const MOVED: [usize; 2] = [2, 6];
+/// Control points that move, at least and at most.
+pub(crate) const MOVED: [usize; 2] = [2, 6];
 
 /// Greatest turn of a control point about any axis, degrees, and greatest shift, as a fraction of the longest way over the surface.
 const MAX_TURN_DEG: f64 = 55.0;
@@ -71,6 +71,21 @@ struct ControlPoint {
     turns: f64,
 }
 
+/// Which control points move and how, and one that stays where it is.
+#[derive(Clone, Debug)]
+pub(crate) struct Pulls {
+    moved: Vec<Pull>,
+    still: Option<usize>,
+}
+
+/// How control point `number` moves: a turn about its joint (axis times radians) and a shift, mm.
+#[derive(Clone, Copy, Debug)]
+struct Pull {
+    number: usize,
+    turn: DVec3,
+    shift: DVec3,
+}
+
 impl ControlPointDeformation {
     /// Places control points on `mesh` in its rest shape, each where it is farthest over the surface from those before.
     ///
@@ -101,42 +116,76 @@ impl ControlPointDeformation {
     /// can. One that changes edge lengths by `most` or more is made weaker; what does so at a tenth of its strength keeps the rest
     /// shape.
     pub(crate) fn deform<R: Rng + ?Sized>(&self, most: EdgeLengthChange, rng: &mut R) -> Vec<DVec3> {
-        let rest = self.welding.mesh().vertices();
+        let pulls = self.draw(rng);
+        let shapes = self.shapes(&pulls, most, [|_| 1.0]);
+        shapes
+            .into_iter()
+            .next()
+            .unwrap_or_else(|| self.mesh.vertices().to_vec())
+    }
+
+    /// Draws which control points move, and how.
+    pub(crate) fn draw<R: Rng + ?Sized>(&self, rng: &mut R) -> Pulls {
         let mut order: Vec<usize> = (0..self.control_points.len()).collect();
         order.shuffle(rng);
         let [fewest, highest] = MOVED.map(|count| count.min(order.len()));
         let count = rng.random_range(fewest..=highest);
-        let moves: Vec<(DVec3, DVec3)> = (0..count)
-            .map(|_| {
-                let turn = unit_direction(rng) * between([0.0, MAX_TURN_DEG.to_radians()], rng);
-                let shift = unit_direction(rng) * between([0.0, MAX_SHIFT * self.length], rng);
-                (turn, shift)
-            })
-            .collect();
+        let still = order.get(count).copied();
+        let mut pull = |number| Pull {
+            number,
+            turn: unit_direction(rng) * between([0.0, MAX_TURN_DEG.to_radians()], rng),
+            shift: unit_direction(rng) * between([0.0, MAX_SHIFT * self.length], rng),
+        };
+        Pulls {
+            moved: order.into_iter().take(count).map(&mut pull).collect(),
+            still,
+        }
+    }
+
+    /// The mesh in several shapes, as [`Self::deform`] gives one: in each, the pull that is the `k`-th in `pulls` has the strength of
+    /// that shape's function at `k`, -1 to 1. All are made weaker together. None when the weakest stretch too much.
+    pub(crate) fn shapes<F: Fn(usize) -> f64>(
+        &self,
+        pulls: &Pulls,
+        most: EdgeLengthChange,
+        strengths: impl IntoIterator<Item = F>,
+    ) -> Vec<Vec<DVec3>> {
+        let strengths: Vec<F> = strengths.into_iter().collect();
         let mut strength = 1.0;
         for _ in 0..WEAKENING_TRIES {
-            let mut points = Vec::new();
-            for (&number, (turn, shift)) in order.iter().zip(&moves) {
-                let ControlPoint { vertices, joint, turns } = &self.control_points[number];
-                let turn = DQuat::from_scaled_axis(*turn * (strength * turns));
-                let place = |p: DVec3| *joint + turn * (p - *joint) + *shift * strength;
-                points.extend(vertices.iter().map(|&vertex| (vertex, place(rest[vertex]))));
-            }
-            // One more stays where it is: something to hold on to.
-            if let Some(&number) = order.get(count) {
-                let vertices = &self.control_points[number].vertices;
-                points.extend(vertices.iter().map(|&vertex| (vertex, rest[vertex])));
-            }
-            let Some(vertices) = self.completed(&points) else { break };
-            let change = EdgeLengthChange::between(rest, &self.edges, &self.welding.weld(&vertices));
-            if change.median <= most.median && change.p95 <= most.p95 {
-                let pairs = vertices.iter().zip(self.mesh.vertices());
-                let motion = RigidMotion::align(pairs.map(|(&from, &to)| (from, to, 1.0)), RigidMotion::IDENTITY);
-                return vertices.into_iter().map(|p| motion.apply(p)).collect();
+            let shapes = strengths
+                .iter()
+                .map(|of_pull| self.pulled(pulls, most, |k| strength * of_pull(k)));
+            if let Some(shapes) = shapes.collect() {
+                return shapes;
             }
             strength *= WEAKENING;
         }
-        self.mesh.vertices().to_vec()
+        Vec::new()
+    }
+
+    /// The mesh after `pulls`. `None` where that changes edge lengths by more than `most`.
+    fn pulled(&self, pulls: &Pulls, most: EdgeLengthChange, strength: impl Fn(usize) -> f64) -> Option<Vec<DVec3>> {
+        let rest = self.welding.mesh().vertices();
+        let mut points = Vec::new();
+        for (k, &Pull { number, turn, shift }) in pulls.moved.iter().enumerate() {
+            let ControlPoint { vertices, joint, turns } = &self.control_points[number];
+            let turn = DQuat::from_scaled_axis(turn * (strength(k) * turns));
+            let place = |p: DVec3| *joint + turn * (p - *joint) + shift * strength(k);
+            points.extend(vertices.iter().map(|&vertex| (vertex, place(rest[vertex]))));
+        }
+        // One more stays where it is: something to hold on to.
+        if let Some(number) = pulls.still {
+            let vertices = &self.control_points[number].vertices;
+            points.extend(vertices.iter().map(|&vertex| (vertex, rest[vertex])));
+        }
+        let vertices = self.completed(&points)?;
+        let change = EdgeLengthChange::between(rest, &self.edges, &self.welding.weld(&vertices));
+        (change.median <= most.median && change.p95 <= most.p95).then(|| {
+            let pairs = vertices.iter().zip(self.mesh.vertices());
+            let motion = RigidMotion::align(pairs.map(|(&from, &to)| (from, to, 1.0)), RigidMotion::IDENTITY);
+            vertices.into_iter().map(|p| motion.apply(p)).collect()
+        })
     }
 
     /// The mesh whose welded vertices are pulled to `points`.

@@ -12,7 +12,6 @@ mod xpbd;
 
 pub(crate) use bend::{Bend, Rulings};
 pub use config::DeformationConfig;
-pub(crate) use control_points::{ControlPointDeformation, TOY_EDGE_CHANGE};
+pub(crate) use control_points::{ControlPointDeformation, MOVED, Pulls, TOY_EDGE_CHANGE};
 pub(crate) use deformation::{deform, face_front};
-#[cfg(test)]
 pub(crate) use relaxation::EdgeLengthChange;

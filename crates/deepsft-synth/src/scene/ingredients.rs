@@ -1,6 +1,6 @@
 //! What scenes are made of: the template and its random shapes, backgrounds, and the art of other printed sheets.
 
-use crate::deform::{ControlPointDeformation, TOY_EDGE_CHANGE, deform};
+use crate::deform::{ControlPointDeformation, EdgeLengthChange, TOY_EDGE_CHANGE, deform};
 use crate::error::SynthError;
 use crate::render::texture::Texture;
 use crate::scene::background::{Background, any_artwork, any_background};
@@ -50,15 +50,23 @@ impl Ingredients {
         })
     }
 
+    /// How a template that is no sheet deforms, and the bounds that it keeps.
+    pub(crate) fn control_points(&self) -> Option<(&ControlPointDeformation, EdgeLengthChange)> {
+        Some((self.control_points.as_ref()?, self.most_change_of_solid()))
+    }
+
+    fn most_change_of_solid(&self) -> EdgeLengthChange {
+        let most = self.config.deformation.max_edge_change;
+        if most.p95 > 0.0 { TOY_EDGE_CHANGE } else { most }
+    }
+
     /// The vertices of a random shape in a random pose, mm, camera frame. Any side of a template that is no sheet may look at the
     /// camera: it is turned about its upright axis first, then posed as a sheet is.
     pub(crate) fn sample_vertices(&self, rng: &mut Pcg64Mcg) -> Vec<DVec3> {
         let vertices_template: Vec<DVec3> = match &self.control_points {
             None => deform(&self.template, &self.config.deformation, rng),
             Some(control_points) => {
-                let most = self.config.deformation.max_edge_change;
-                let most = if most.p95 > 0.0 { TOY_EDGE_CHANGE } else { most };
-                let vertices = control_points.deform(most, rng);
+                let vertices = control_points.deform(self.most_change_of_solid(), rng);
                 let turn = DQuat::from_rotation_y(rng.random_range(0.0..std::f64::consts::TAU));
                 vertices.into_iter().map(|p| turn * p).collect()
             }

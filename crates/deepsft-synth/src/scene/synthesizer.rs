@@ -1,5 +1,6 @@
 //! Synthetic samples: a pure function of (template, configuration, seed, index).
 
+use crate::deform::{ControlPointDeformation, EdgeLengthChange};
 use crate::error::SynthError;
 use crate::random::{Stream, generator};
 use crate::render::projected_mesh::ProjectedMesh;
@@ -87,6 +88,11 @@ impl Synthesizer {
     /// The configuration.
     pub fn config(&self) -> &SynthConfig {
         &self.ingredients.config
+    }
+
+    /// As [`Ingredients::control_points`].
+    pub(crate) fn control_points(&self) -> Option<(&ControlPointDeformation, EdgeLengthChange)> {
+        self.ingredients.control_points()
     }
 
     /// Differs when samples of the same seed and index would: the SHA-256 of configuration, template and photographs.

