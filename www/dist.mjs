@@ -35,6 +35,17 @@ const inOneFolder = {
   },
 };
 
+/** A-Frame's script has three.js in it, and two of them know nothing of each other's objects. */
+const threeOfAframe = {
+  name: "three-of-aframe",
+  setup({ onResolve, onLoad }) {
+    onResolve({ filter: /^three$/ }, () => ({ path: "three", namespace: "aframe" }));
+    onLoad({ filter: /.*/, namespace: "aframe" }, () => ({
+      contents: 'if (!globalThis.AFRAME) throw new Error("A-Frame is not there: its script comes before that of deepsft."); module.exports = AFRAME.THREE;',
+    }));
+  },
+};
+
 /** Writes the folder aside and renames it: it is never half there. */
 export async function writeDist() {
   const partial = `${OUT}.tmp`;
@@ -44,6 +55,7 @@ export async function writeDist() {
   await build({ ...options, entryPoints: absolute(DOORS), splitting: true, chunkNames: "shared-[hash]", external: ["three"] });
   // With all that it needs: a page that has it writes no script at all.
   await build({ ...options, entryPoints: absolute({ element: "src/scene/element.js", worker: "src/worker.js" }) });
+  await build({ ...options, entryPoints: absolute({ aframe: "src/scene/aframe.js" }), plugins: [inOneFolder, threeOfAframe] });
   await copyFile(www(ENGINE), join(partial, basename(ENGINE)));
   // Whoever copies the folder copies the licences of what is in it.
   const licences = await Promise.all([www("pkg/THIRD-PARTY.txt"), www("node_modules/three/LICENSE")].map((path) => readFile(path, "utf8")));

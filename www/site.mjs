@@ -1,4 +1,4 @@
-// The demo page as a folder for any host and any path: the page, the package, the examples with three.js, the models and the documentation.
+// The demo page as a folder for any host and any path: the page, the package, the examples with three.js and A-Frame, the models and the documentation.
 // `cargo xtask site` builds the package first. By hand:
 //
 //     node site.mjs DIR
@@ -20,6 +20,7 @@ const PARTS = {
   ...Object.fromEntries(
     ["build/three.module.js", "build/three.core.js", "LICENSE"].map((name) => [`three/${basename(name)}`, www(`node_modules/three/${name}`)]),
   ),
+  ...Object.fromEntries(["dist/aframe-master.module.min.js", "LICENSE"].map((name) => [`aframe/${basename(name)}`, www(`node_modules/aframe/${name}`)])),
 };
 
 /** In each site, the names of its other files. */

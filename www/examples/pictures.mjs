@@ -29,13 +29,13 @@ try {
       await page.waitForFunction(() => document.querySelector("p > span").textContent.endsWith("is there"));
     }
     if (name === "still.html") await page.waitForFunction(() => document.querySelector("p > span").textContent.startsWith("There"));
-    else await page.waitForFunction((least) => [...document.querySelectorAll("video")].at(-1).currentTime > least, SECONDS);
+    else await page.waitForFunction((least) => [...document.querySelectorAll("video")].some(({ currentTime }) => currentTime > least), SECONDS);
     if (name === "flat.html") {
       await page.waitForSelector("[data-deepsft=running]");
       await page.click("button:has-text('flat')");
       await page.waitForSelector("#flat[width]");
     }
-    if (name.startsWith("scene-")) await page.waitForSelector("[data-deepsft=running]");
+    if (/^(scene-|aframe)/.test(name)) await page.waitForSelector("[data-deepsft=running]");
     await page.screenshot({ path: fileURLToPath(new URL(`pictures/${name.replace("html", "jpg")}`, import.meta.url)), type: "jpeg", quality: 82 });
     await page.close();
   }

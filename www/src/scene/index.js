@@ -34,8 +34,9 @@ export { SceneSheet } from "./scene-sheet.js";
 export { SceneView } from "./scene-view.js";
 
 /** @typedef {import("./print.js").PrintInput} PrintInput */
-/** @typedef {import("./scene-view.js").SceneEvents} SceneEvents */
-/** @typedef {import("./scene-view.js").SceneOptions} SceneOptions */
+/** @typedef {import("./scene-options.js").SceneEvents} SceneEvents */
+/** @typedef {import("./scene-options.js").SceneHost} SceneHost */
+/** @typedef {import("./scene-options.js").SceneOptions} SceneOptions */
 /** @typedef {import("./screens.js").OwnScreens} OwnScreens */
 /** @typedef {import("./screens.js").ScreenContents} ScreenContents */
 /** @typedef {import("./screens.js").ScreenName} ScreenName */

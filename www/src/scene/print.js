@@ -136,5 +136,5 @@ function printed(texture) {
 
 /** In the page, but not seen: iPhones play no video that is not displayed. @param {HTMLVideoElement} video */
 export function hide(video) {
-  Object.assign(video.style, { position: "absolute", width: "1px", height: "1px", opacity: "0", pointerEvents: "none" });
+  Object.assign(video.style, { display: "block", position: "absolute", width: "1px", height: "1px", opacity: "0", pointerEvents: "none" });
 }

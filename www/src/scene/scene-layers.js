@@ -28,6 +28,7 @@ export class SceneLayers {
   #below;
   /** The frame that the layer below shows. @type {ImageBitmap | null} */
   #shown = null;
+  #isHosted;
   #boxSize = { width: 0, height: 0 };
   /** What holds the canvases. */
   element = document.createElement("div");
@@ -36,29 +37,35 @@ export class SceneLayers {
    * @param {WebGLRenderer} renderer
    * @param {Scene} scene gets the camera's picture as its background
    * @param {FrameCamera} camera
+   * @param {boolean} isHosted whether the canvas is the page's own, and lies where it is
    */
-  constructor(renderer, scene, camera) {
+  constructor(renderer, scene, camera, isHosted) {
     const below = document.createElement("canvas").getContext("2d", { alpha: false });
     if (!below) throw new Error("This browser offers no canvas to draw a frame on.");
     this.#renderer = renderer;
     this.#scene = scene;
     this.#camera = camera;
     this.#below = below;
+    this.#isHosted = isHosted;
     Object.assign(this.element.style, { position: "absolute", inset: "0" });
     this.element.setAttribute("role", "img");
     this.element.setAttribute("aria-label", "The camera's picture, with what is put into it");
-    this.element.append(renderer.domElement);
+    if (!isHosted) this.element.append(renderer.domElement);
     scene.add(this.#background);
   }
 
   /** Whether what is seen is mirrored. */
   get mirrored() {
-    return this.element.style.transform !== "";
+    return this.#mirror.style.transform !== "";
   }
 
   /** @param {boolean} mirrored */
   set mirrored(mirrored) {
-    this.element.style.transform = mirrored ? "scaleX(-1)" : "";
+    this.#mirror.style.transform = mirrored ? "scaleX(-1)" : "";
+  }
+
+  get #mirror() {
+    return this.#isHosted ? this.#renderer.domElement : this.element;
   }
 
   /** Shows a frame from the next drawing on; it is kept until there is another. @param {TrackedFrame} tracked */
@@ -67,14 +74,14 @@ export class SceneLayers {
   }
 
   /**
-   * Draws the scene.
+   * Draws the scene, whose camera has the intrinsics of the frame.
    *
    * @param {TrackedFrame} tracked that is shown
    * @param {{ width: number, height: number }} page the size of it all, CSS pixels
    * @param {boolean} software whether the processor does the drawing
    */
   draw({ frame, camera: intrinsics }, page, software) {
-    this.#camera.setIntrinsics(intrinsics, page);
+    if (this.#isHosted) return this.#renderer.render(this.#scene, this.#camera);
     // The shader that takes out a lens' distortion is WebGL's.
     const isApart = software && frame !== null && isPinhole(intrinsics);
     this.#background.visible = !isApart;
@@ -98,7 +105,7 @@ export class SceneLayers {
     context.clearRect(0, 0, canvas.width, canvas.height);
     context.fillStyle = background;
     context.fillRect(0, 0, canvas.width, canvas.height);
-    for (const layer of this.element.querySelectorAll("canvas")) {
+    for (const layer of this.#isHosted ? [this.#renderer.domElement] : this.element.querySelectorAll("canvas")) {
       if (layer.style.visibility === "hidden") continue;
       const box = layer.getBoundingClientRect();
       const fromLeft = this.mirrored ? left + width - box.right : box.left - left;
@@ -109,6 +116,7 @@ export class SceneLayers {
   }
 
   dispose() {
+    this.#background.removeFromParent();
     this.#background.dispose();
   }
 

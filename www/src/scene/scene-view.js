@@ -15,53 +15,14 @@ import { SceneLayers } from "./scene-layers.js";
 import { Screens } from "./screens.js";
 import { SoundButton } from "./sound-button.js";
 
-/** @import { CameraOption } from "../camera/intrinsics.js" */
-/** @import { Facing } from "../camera/request.js" */
-/** @import { LoadOptions, PictureOptions } from "../deepsft.js" */
-/** @import { ModelInput } from "../engine/bundle.js" */
+/** @import { PictureOptions } from "../deepsft.js" */
 /** @import { FlatPrint, FlattenOptions } from "../frame-requests.js" */
 /** @import { ImageInput } from "../frames/image-input.js" */
 /** @import { Estimate } from "../results/estimate.js" */
 /** @import { Target } from "../targets/target.js" */
-/** @import { FrameFit } from "../three/frame-camera.js" */
 /** @import { FrameSource, Session } from "../tracking/session.js" */
-/** @import { Smoothing } from "../tracking/tracker-worker.js" */
-/** @import { OwnScreens, ScreenContents, ScreenName } from "./screens.js" */
-
-/**
- * @typedef {object} SceneOptions
- * @property {ImageInput} [picture] what is printed and looked for; more with {@link SceneView.addPicture}
- * @property {number} [widthMm] width of the print, without the paper's margins
- * @property {number} [heightMm] its height
- * @property {number} [aroundMm] diameter of the tin, bottle or tube that it goes around
- * @property {string} [name] of it, for people
- * @property {ModelInput | null} [model] a trained model, whose target is looked for too
- * @property {DeepSft} [sft] an engine of the page's own, which is not closed with the scene; its targets are looked for
- * @property {Target[]} [targets] those of them that are looked for, default all
- * @property {FrameSource} [source] what is shown in place of a camera: a video that plays, an open camera, or frames of one's own
- * @property {ImageInput} [photograph] what is shown in place of a video: one picture, which the first target is looked for in
- * @property {CameraOption} [camera] intrinsics of the source, where they are known
- * @property {FrameFit} [fit] how the camera's picture fills the container, default `cover`
- * @property {Facing} [facing] which way the camera looks, default `environment`; the picture of one that looks at the person is mirrored
- * @property {string} [deviceId] a certain camera
- * @property {boolean | Smoothing} [smooth] as in `sft.follow`; default true
- * @property {boolean} [light] whether what stands on a print is lit as its paper is and casts a shadow on it; default true
- * @property {boolean} [sound] whether a button offers the sound of films that have one; default true
- * @property {OwnScreens | false} [screens] in place of those of the package; false for none
- * @property {Pick<LoadOptions, "device" | "baseUrl" | "onProgress">} [load] options of `DeepSft.load`
- * @property {(estimate: Estimate, frame: number) => void} [onEstimate] as in `sft.follow`; the scene closes the estimate
- * @property {AbortSignal} [signal] closes the scene
- */
-
-/**
- * The events of a scene, by what their `detail` holds.
- *
- * @typedef {object} SceneEvents
- * @property {CustomEvent<{ sheet: SceneSheet, frame: TrackedFrame }>} found a print is found
- * @property {CustomEvent<{ sheet: SceneSheet, frame: TrackedFrame }>} lost it is found no longer
- * @property {CustomEvent<{ deltaS: number, frame: TrackedFrame }>} frame before each drawing: seconds since the last, and the newest frame
- * @property {CustomEvent<{ error: DeepSftError }>} error the camera, or what follows it, has failed; the screen offers to try again
- */
+/** @import { SceneEvents, SceneOptions } from "./scene-options.js" */
+/** @import { ScreenContents, ScreenName } from "./screens.js" */
 
 /** After so long without a print the person is told what to do, milliseconds. */
 const SCANNING_MS = 1500;
@@ -99,7 +60,7 @@ export class SceneView extends EventTarget {
   #sound;
 
   /** The scene of three.js; the camera stands in its origin. A unit is a millimetre. */
-  scene = new Scene();
+  scene;
   /** Sees what the video's camera sees. @type {FrameCamera} */
   camera;
   /** The camera that is open. @type {CameraStream | null} */
@@ -120,27 +81,31 @@ export class SceneView extends EventTarget {
     super();
     this.#options = { ...options, targets: options.targets && [...options.targets] };
     this.camera = new FrameCamera({ fit: options.fit });
+    const { host } = options;
+    this.scene = host?.scene ?? new Scene();
     // What a scene that failed has said here before.
     for (const left of container.querySelectorAll(":scope > [data-deepsft=failed]")) left.remove();
     const element = this.#element;
     container.append(element);
     const fills = container === document.body ? { position: "fixed", inset: "0" } : { position: "relative", width: "100%", height: "100%" };
     Object.assign(element.style, { ...fills, overflow: "hidden" });
+    // Over a canvas that the page has laid there, and through to it.
+    if (host) Object.assign(element.style, { position: "absolute", inset: "0", pointerEvents: "none" });
     // A container without a height of its own takes that of the picture.
-    if (element.clientHeight === 0) Object.assign(element.style, { height: "auto", aspectRatio: "4 / 3" });
+    else if (element.clientHeight === 0) Object.assign(element.style, { height: "auto", aspectRatio: "4 / 3" });
     this.#screens = new Screens(element, options.screens ?? {});
     this.#sound = options.sound === false ? null : new SoundButton(element);
     try {
       /** Whether the processor does the drawing. */
       this.software = drawsInSoftware();
-      this.renderer = new WebGLRenderer({ alpha: true, antialias: !this.software, powerPreference: "high-performance" });
+      this.renderer = host?.renderer ?? new WebGLRenderer({ alpha: true, antialias: !this.software, powerPreference: "high-performance" });
     } catch (cause) {
       const error = new DeepSftError("browser-unsupported", "This browser offers no WebGL 2, which the scene is drawn with.", { cause });
       this.#screens.show("failed", { error });
       throw error;
     }
     this.renderer.shadowMap.enabled = true;
-    this.#layers = new SceneLayers(this.renderer, this.scene, this.camera);
+    this.#layers = new SceneLayers(this.renderer, this.scene, this.camera, host !== undefined);
     hide(this.#video);
     this.#video.setAttribute("aria-hidden", "true");
     element.append(this.#video, this.#layers.element);
@@ -149,7 +114,7 @@ export class SceneView extends EventTarget {
     const { signal } = this.#ending;
     options.signal?.addEventListener("abort", () => this.close(), { signal });
     // Films that may not play before the person has tapped something.
-    element.addEventListener("click", () => this.#playFilms(), { signal });
+    container.addEventListener("click", () => this.#playFilms(), { signal });
     document.addEventListener("visibilitychange", () => document.visibilityState === "visible" && this.#playFilms(), { signal });
   }
 
@@ -281,6 +246,21 @@ export class SceneView extends EventTarget {
     this.#isNew = true;
   }
 
+  /** Whether it is to be drawn: a processor that draws has better things to do than to draw the same once more. */
+  get due() {
+    return this.#isNew || (this.#frame !== null && !this.software);
+  }
+
+  /** Takes over the newest frame, and fires `frame`: a {@link SceneHost} calls it before each drawing. */
+  prepare() {
+    if (this.#frame && !this.closed) this.#prepare(this.#frame, performance.now());
+  }
+
+  /** Records what was just drawn; a {@link SceneHost} calls it after each drawing. */
+  drawn() {
+    if (this.#recorded) this.#drawInto(this.#recorded.canvas);
+  }
+
   /** Ends it, frees the camera, and takes it out of the page. Models that were added stay the page's. */
   close() {
     this.#end();
@@ -308,8 +288,9 @@ export class SceneView extends EventTarget {
     this.#screens.show(null);
     this.#session?.close();
     this.#closeEngine();
-    for (const sheet of this.#sheets.values()) sheet.dispose();
+    for (const sheet of this.#sheets.values()) sheet.removeFromParent().dispose();
     this.#layers?.dispose();
+    if (this.#options.host) return;
     // Browsers give a page a few contexts only, and collect the others late.
     this.renderer?.dispose();
     this.renderer?.forceContextLoss();
@@ -343,7 +324,7 @@ export class SceneView extends EventTarget {
       if (this.closed || !this.#sft) return;
       const { targets, camera, smooth = true } = this.#options;
       cancelAnimationFrame(this.#request);
-      this.#request = requestAnimationFrame(this.#loop);
+      if (!this.#options.host) this.#request = requestAnimationFrame(this.#loop);
       if (source === null) return await this.#lookAt(this.#sft);
       const isAsked = this.#options.onEstimate !== undefined || this.targets.some(({ kind }) => kind === "model");
       const onEstimate = isAsked ? this.#answer : undefined;
@@ -426,24 +407,32 @@ export class SceneView extends EventTarget {
       this.software = true;
       this.#resize();
     }
-    // A processor that draws has better things to do than to draw the same once more.
-    if (this.#isNew || (this.#frame && !this.software)) this.#draw(now);
+    if (this.due) this.#draw(now);
   };
 
   /** @param {number} now milliseconds */
   #draw(now) {
     const frame = this.#frame;
     if (!frame || this.closed) return;
+    this.#prepare(frame, now);
+    const began = performance.now();
+    this.#layers.draw(frame, this.#page, this.software);
+    this.drawMs = performance.now() - began;
+    this.drawn();
+  }
+
+  /**
+   * @param {TrackedFrame} frame
+   * @param {number} now milliseconds
+   */
+  #prepare(frame, now) {
     this.#isNew = false;
     const deltaS = Math.min(MAX_DELTA_S, Math.max(0, (now - this.#drawnAt) / 1000 || 0));
     this.#drawnAt = now;
     this.#tell("frame", { deltaS, frame });
     for (const sheet of this.#sheets.values()) sheet.refreshPrint();
     this.#sound?.offer([...this.#sheets.values()].flatMap(({ video }) => video ?? []));
-    const began = performance.now();
-    this.#layers.draw(frame, this.#page, this.software);
-    this.drawMs = performance.now() - began;
-    if (this.#recorded) this.#drawInto(this.#recorded.canvas);
+    this.camera.setIntrinsics(frame.camera, this.#page);
   }
 
   /** What was just drawn. @param {HTMLCanvasElement} canvas */
@@ -455,7 +444,7 @@ export class SceneView extends EventTarget {
     const { clientWidth: width, clientHeight: height } = this.#element;
     this.#page = { width, height };
     // At once: a canvas that has changed its size is empty.
-    this.#draw(performance.now());
+    if (!this.#options.host) this.#draw(performance.now());
   }
 
   /**

@@ -85,7 +85,7 @@ function screenOf(name, { targets: [target], error, retry }) {
   Object.assign(screen.style, {
     ...{ position: "absolute", left: "50%", bottom: "24px", transform: "translateX(-50%)", boxSizing: "border-box" },
     ...{ display: "flex", alignItems: "center", gap: "12px", width: "max-content", maxWidth: "calc(100% - 32px)", padding: "12px 16px" },
-    ...{ borderRadius: "14px", background: "rgb(16 19 22 / 0.85)", color: "#f2efe9", font: "16px/1.4 system-ui, sans-serif" },
+    ...{ borderRadius: "14px", pointerEvents: "auto", background: "rgb(16 19 22 / 0.85)", color: "#f2efe9", font: "16px/1.4 system-ui, sans-serif" },
   });
   if (name === "scanning" && target) screen.append(thumbnailOf(target));
   const words = document.createElement("span");

@@ -27,7 +27,7 @@ export class SoundButton {
     button.textContent = "Sound";
     button.setAttribute("aria-pressed", "false");
     Object.assign(button.style, {
-      ...{ position: "absolute", right: "16px", top: "16px", minHeight: "44px", padding: "0 16px", border: "0", borderRadius: "22px" },
+      ...{ position: "absolute", right: "16px", top: "16px", minHeight: "44px", padding: "0 16px", border: "0", borderRadius: "22px", pointerEvents: "auto" },
       ...{ background: "rgb(16 19 22 / 0.75)", color: "#f2efe9", font: "16px system-ui, sans-serif", textDecoration: "line-through" },
     });
     button.addEventListener("click", () => {

@@ -148,6 +148,19 @@ const TESTS = {
   },
   // In scene.test.mjs, and as the README has them in tests/engines/programs.test.mjs, too.
   "scene-film": (page) => page.waitForFunction(() => [...document.querySelectorAll("#ar video")].some(({ src, currentTime, paused }) => src && currentTime > 0.2 && !paused)),
+  async aframe(page) {
+    // A-Frame draws the whole window with the processor here, which has less time to follow the sheet.
+    await page.waitForFunction(() => (document.querySelector("video").playbackRate = 0.25) && document.querySelector("a-torus").object3D?.parent?.parent?.parent?.visible);
+    // The ring is drawn where the poster is.
+    await page.waitForFunction(async () => {
+      const [scene, context] = [document.querySelector("a-scene"), document.createElement("canvas").getContext("2d")];
+      const { width, height } = await createImageBitmap(await scene.components.deepsft.view.shot()).then((picture) => (Object.assign(context.canvas, { width: picture.width, height: picture.height }), context.drawImage(picture, 0, 0), picture));
+      const { data } = context.getImageData(width / 4, height / 4, width / 2, height / 2);
+      let orange = 0;
+      for (let i = 0; i < data.length; i += 4) if (data[i] > 120 && data[i] > 1.8 * data[i + 1] && data[i] > 2.5 * data[i + 2]) orange++;
+      return orange > 100;
+    });
+  },
   "scene-object": (page) => page.waitForSelector("#ar > [data-deepsft=running]"),
   // In three.test.mjs too.
   object: found,

@@ -1,5 +1,5 @@
-// The three programs of www/README.md as they stand there, and a page without one, from dist/ without a bundler, in three browser engines,
-// before a camera that shows a printed page.
+// The three programs of www/README.md as they stand there, the same in A-Frame, and a page without one, from dist/ without a bundler, in
+// three browser engines, before a camera that shows a printed page.
 
 import assert from "node:assert/strict";
 import { mkdir, readFile, writeFile } from "node:fs/promises";
@@ -10,7 +10,7 @@ import { makeClip } from "../support/clips.mjs";
 import { ENGINES, PATIENCE_MS, closeScreen, openEngine } from "../support/engines.mjs";
 import { MODEL } from "../support/native.mjs";
 import { decodePng } from "../support/png.mjs";
-import { NAMES, readmePrograms, servePrograms, turningBox } from "../support/programs.mjs";
+import { NAMES, aframePages, readmePrograms, servePrograms, turningBox } from "../support/programs.mjs";
 import { TrueSheet, inPose } from "../support/true-sheet.mjs";
 import { WWW } from "../../serve.mjs";
 
@@ -41,18 +41,20 @@ after(async () => {
   await closeScreen();
 });
 
-/** What of a picture of the page shows a point of the camera's frame. */
-function colorOf({ width, channels, values }, point) {
-  const [x, y] = sheet.project(point).slice(0, 2).map((value) => Math.floor(value * SCALE));
+/** What of a picture of the page shows a pixel of the camera's. */
+function colorAt({ width, channels, values }, pixel) {
+  const [x, y] = pixel.slice(0, 2).map((value) => Math.floor(value * SCALE));
   return [...values.subarray(channels * (y * width + x), channels * (y * width + x) + 3)];
 }
+const colorOf = (picture, point) => colorAt(picture, sheet.project(point));
 
 /** The camera's picture there. */
-function cameraColorOf(point) {
+function cameraColorAt(pixel) {
   const { width, rgb } = clip.frames[0].picture;
-  const [x, y] = sheet.project(point).map(Math.floor);
+  const [x, y] = pixel.map(Math.floor);
   return [...rgb.subarray(3 * (y * width + x), 3 * (y * width + x) + 3)];
 }
+const cameraColorOf = (point) => cameraColorAt(sheet.project(point));
 
 const isOther = (a, b) => a.some((value, k) => Math.abs(value - b[k]) > 30);
 const isPink = ([r, g, b]) => r > 1.5 * g && r > 1.2 * b;
@@ -62,16 +64,23 @@ const PLACES = [0.1, 0.3, 0.5, 0.7, 0.9].flatMap((u) => [0.15, 0.38, 0.62, 0.85]
 /** How many of them the page shows as something else than the camera does. */
 const others = (picture) => PLACES.filter((place) => isOther(colorOf(picture, sheet.at(...place)), cameraColorOf(sheet.at(...place)))).length;
 
+/** Pixels of the camera beside the print. */
+const BESIDE = [[20, 20], [940, 20], [20, 520], [940, 520]];
+/** Whether the camera's picture is seen beside the print. */
+const isBehind = (picture) => BESIDE.every((pixel) => !isOther(colorAt(picture, pixel), cameraColorAt(pixel)));
+
 /** What is missing on a page until each program does what it says, by a picture of it. @type {Record<string, (page: object, picture: object) => Promise<string | null>>} */
 const MISSING = {
   async film(page, picture) {
-    const plays = await page.run(() => [...document.querySelectorAll("#ar video, deepsft-view video")].some((video) => video.src.endsWith("film.mp4") && video.currentTime > 0.2 && !video.paused));
+    const plays = await page.run(() => [...document.querySelectorAll("#ar video, deepsft-view video, a-scene video")].some((video) => video.src.endsWith("film.mp4") && video.currentTime > 0.2 && !video.paused));
     if (!plays) return "the film does not play";
+    if (!isBehind(picture)) return "the camera's picture is not behind it";
     return others(picture) > 0.6 * PLACES.length ? null : `${others(picture)} of ${PLACES.length} places show something else than the print`;
   },
   tag: (page, picture) => MISSING.film(page, picture),
   async object(_, picture) {
     const top = colorOf(picture, inPose(sheet.pose(0.5, 0.5), [0, 0.8 * 1000 * BOX_M * LARGER, 0]));
+    if (!isBehind(picture)) return "the camera's picture is not behind it";
     if (!isPink(top)) return `${top} where the box is`;
     return others(picture) < 0.5 * PLACES.length ? null : `${others(picture)} of ${PLACES.length} places are not as the camera sees them`;
   },
@@ -82,8 +91,10 @@ const MISSING = {
   },
 };
 
+for (const name of ["film", "object", "measure"]) MISSING[`aframe-${name}`] = MISSING[name];
+
 test("each of the programs has at most 12 lines", () => {
-  for (const [name, text] of Object.entries(readmePrograms())) assert.ok(text.trim().split("\n").length <= 12, name);
+  for (const [name, text] of Object.entries({ ...readmePrograms(), ...aframePages() })) assert.ok(text.trim().split("\n").length <= 12, name);
 });
 
 for (const engine of ENGINES) {

@@ -1,5 +1,5 @@
-// The programs of www/README.md, and the page without one of docs/bundlers.md, each on a page of its own as it stands there, from dist/
-// without a bundler, before a camera that shows a picture.
+// The programs of www/README.md, those of A-Frame in docs/scene.md, and the page without one of docs/bundlers.md, each on a page of its
+// own as it stands there, from dist/ without a bundler, before a camera that shows a picture.
 
 import { readFileSync } from "node:fs";
 import { createServer } from "node:http";
@@ -11,12 +11,21 @@ import { ROOT, WWW } from "../../serve.mjs";
 /** The programs by a word that tells which is which. */
 const WORDS = { film: "film.mp4", object: "GLTFLoader", measure: "measureSheet" };
 
-export const NAMES = /** @type {const} */ (["film", "object", "measure", "tag"]);
+export const NAMES = /** @type {const} */ (["film", "object", "measure", "tag", "aframe-film", "aframe-object", "aframe-measure"]);
+
+/** Blocks of a page of the documentation in a language. */
+const blocksOf = (name, language) => [...readFileSync(join(WWW, name), "utf8").matchAll(new RegExp(`\`\`\`${language}\\n([\\s\\S]*?)\`\`\``, "g"))].map(([, text]) => text);
+
+/** The pages of A-Frame, in the order of NAMES. @returns {Record<string, string>} */
+export function aframePages() {
+  const pages = blocksOf("docs/scene.md", "html").filter((text) => text.includes("<a-scene"));
+  if (pages.length !== 3) throw new Error(`docs/scene.md has ${pages.length} pages of A-Frame`);
+  return Object.fromEntries(NAMES.filter((name) => name.startsWith("aframe")).map((name, index) => [name, pages[index]]));
+}
 
 /** The text of each program in README.md. @returns {Record<string, string>} */
 export function readmePrograms() {
-  const readme = readFileSync(join(WWW, "README.md"), "utf8");
-  const blocks = [...readme.matchAll(/```js\n([\s\S]*?)```/g)].map(([, text]) => text);
+  const blocks = blocksOf("README.md", "js");
   return Object.fromEntries(
     Object.entries(WORDS).map(([name, word]) => {
       const found = blocks.filter((text) => text.includes(word));
@@ -30,13 +39,13 @@ export function readmePrograms() {
 const TYPES = { html: "text/html", png: "image/png", jpg: "image/png", mp4: "video/webm", glb: "model/gltf-binary" };
 
 /** Of docs/bundlers.md: an element that needs no script, and the import map for programs. */
-const [TAG, IMPORT_MAP] = [...readFileSync(join(WWW, "docs", "bundlers.md"), "utf8").matchAll(/```html\n([\s\S]*?)```/g)].map(([, text]) => text);
+const [TAG, IMPORT_MAP] = blocksOf("docs/bundlers.md", "html");
 
 const HEAD = `<!doctype html>
 <meta charset="utf-8" />
 <link rel="icon" href="data:," />
 <script>(${showPicture})()</script>
-<style>body { margin: 0 } #ar, deepsft-view { width: 640px; height: 360px }</style>`;
+<style>body { margin: 0 } #ar, deepsft-view, body a-scene { width: 640px; height: 360px }</style>`;
 
 /** A page with a program, in a part of it of 640 x 360 pixels. */
 const pageOf = (program) => `${HEAD}
@@ -70,8 +79,10 @@ function showPicture() {
  */
 export async function servePrograms(files) {
   const programs = readmePrograms();
+  const pages = { ...aframePages(), tag: TAG };
   const places = [
     ["/deepsft/", sirv(join(WWW, "dist"), { dev: true })],
+    ["/aframe/", sirv(join(WWW, "node_modules", "aframe", "dist"), { dev: true })],
     ["/three/", sirv(join(WWW, "node_modules", "three"), { dev: true })],
     ["/models/", sirv(join(ROOT, "models"), { dev: true })],
     ["/", sirv(WWW, { dev: true })],
@@ -79,8 +90,8 @@ export async function servePrograms(files) {
   const server = createServer((request, response) => {
     const [, name, ending] = /^\/program\/([\w-]+\.(\w+))/.exec(request.url) ?? [];
     if (name) {
-      const program = programs[name.replace(".html", "")];
-      const content = name === "tag.html" ? HEAD + TAG : program ? pageOf(program) : files[name];
+      const [page, program] = [pages, programs].map((all) => all[name.replace(".html", "")]);
+      const content = page ? HEAD + page : program ? pageOf(program) : files[name];
       return response.writeHead(content ? 200 : 404, { "content-type": TYPES[ending] }).end(content);
     }
     const [prefix, answer] = places.find(([prefix]) => request.url.startsWith(prefix));

@@ -13,14 +13,16 @@ export declare function start(container: HTMLElement | string, options?: SceneOp
 export { SceneSheet } from "./scene-sheet.js";
 export { SceneView } from "./scene-view.js";
 export type PrintInput = import("./print.js").PrintInput;
-export type SceneEvents = import("./scene-view.js").SceneEvents;
-export type SceneOptions = import("./scene-view.js").SceneOptions;
+export type SceneEvents = import("./scene-options.js").SceneEvents;
+export type SceneHost = import("./scene-options.js").SceneHost;
+export type SceneOptions = import("./scene-options.js").SceneOptions;
 export type OwnScreens = import("./screens.js").OwnScreens;
 export type ScreenContents = import("./screens.js").ScreenContents;
 export type ScreenName = import("./screens.js").ScreenName;
 /** @typedef {import("./print.js").PrintInput} PrintInput */
-/** @typedef {import("./scene-view.js").SceneEvents} SceneEvents */
-/** @typedef {import("./scene-view.js").SceneOptions} SceneOptions */
+/** @typedef {import("./scene-options.js").SceneEvents} SceneEvents */
+/** @typedef {import("./scene-options.js").SceneHost} SceneHost */
+/** @typedef {import("./scene-options.js").SceneOptions} SceneOptions */
 /** @typedef {import("./screens.js").OwnScreens} OwnScreens */
 /** @typedef {import("./screens.js").ScreenContents} ScreenContents */
 /** @typedef {import("./screens.js").ScreenName} ScreenName */

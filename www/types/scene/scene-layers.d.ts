@@ -9,8 +9,9 @@ export declare class SceneLayers {
      * @param {WebGLRenderer} renderer
      * @param {Scene} scene gets the camera's picture as its background
      * @param {FrameCamera} camera
+     * @param {boolean} isHosted whether the canvas is the page's own, and lies where it is
      */
-    constructor(renderer: WebGLRenderer, scene: Scene, camera: FrameCamera);
+    constructor(renderer: WebGLRenderer, scene: Scene, camera: FrameCamera, isHosted: boolean);
     /** Whether what is seen is mirrored. */
     get mirrored(): boolean;
     /** @param {boolean} mirrored */
@@ -18,7 +19,7 @@ export declare class SceneLayers {
     /** Shows a frame from the next drawing on; it is kept until there is another. @param {TrackedFrame} tracked */
     show(tracked: TrackedFrame): void;
     /**
-     * Draws the scene.
+     * Draws the scene, whose camera has the intrinsics of the frame.
      *
      * @param {TrackedFrame} tracked that is shown
      * @param {{ width: number, height: number }} page the size of it all, CSS pixels

@@ -1,137 +1,13 @@
 import { Scene, WebGLRenderer } from "three";
 import { CameraStream } from "../camera/camera-stream.js";
-import { DeepSft } from "../deepsft.js";
 import { DeepSftError } from "../error.js";
 import { Recording } from "../record/recording.js";
-import { TrackedFrame } from "../results/tracked-frame.js";
 import { FrameCamera } from "../three/frame-camera.js";
 import { SceneSheet } from "./scene-sheet.js";
-import type { CameraOption } from "../camera/intrinsics.js";
-import type { Facing } from "../camera/request.js";
-import type { LoadOptions, PictureOptions } from "../deepsft.js";
-import type { ModelInput } from "../engine/bundle.js";
+import type { PictureOptions } from "../deepsft.js";
 import type { ImageInput } from "../frames/image-input.js";
-import type { Estimate } from "../results/estimate.js";
 import type { Target } from "../targets/target.js";
-import type { FrameFit } from "../three/frame-camera.js";
-import type { FrameSource } from "../tracking/session.js";
-import type { Smoothing } from "../tracking/tracker-worker.js";
-import type { OwnScreens } from "./screens.js";
-export type SceneOptions = {
-    /**
-     * what is printed and looked for; more with {@link SceneView.addPicture}
-     */
-    picture?: ImageInput;
-    /**
-     * width of the print, without the paper's margins
-     */
-    widthMm?: number;
-    /**
-     * its height
-     */
-    heightMm?: number;
-    /**
-     * diameter of the tin, bottle or tube that it goes around
-     */
-    aroundMm?: number;
-    /**
-     * of it, for people
-     */
-    name?: string;
-    /**
-     * a trained model, whose target is looked for too
-     */
-    model?: ModelInput | null;
-    /**
-     * an engine of the page's own, which is not closed with the scene; its targets are looked for
-     */
-    sft?: DeepSft;
-    /**
-     * those of them that are looked for, default all
-     */
-    targets?: Target[];
-    /**
-     * what is shown in place of a camera: a video that plays, an open camera, or frames of one's own
-     */
-    source?: FrameSource;
-    /**
-     * what is shown in place of a video: one picture, which the first target is looked for in
-     */
-    photograph?: ImageInput;
-    /**
-     * intrinsics of the source, where they are known
-     */
-    camera?: CameraOption;
-    /**
-     * how the camera's picture fills the container, default `cover`
-     */
-    fit?: FrameFit;
-    /**
-     * which way the camera looks, default `environment`; the picture of one that looks at the person is mirrored
-     */
-    facing?: Facing;
-    /**
-     * a certain camera
-     */
-    deviceId?: string;
-    /**
-     * as in `sft.follow`; default true
-     */
-    smooth?: boolean | Smoothing;
-    /**
-     * whether what stands on a print is lit as its paper is and casts a shadow on it; default true
-     */
-    light?: boolean;
-    /**
-     * whether a button offers the sound of films that have one; default true
-     */
-    sound?: boolean;
-    /**
-     * in place of those of the package; false for none
-     */
-    screens?: OwnScreens | false;
-    /**
-     * options of `DeepSft.load`
-     */
-    load?: Pick<LoadOptions, "device" | "baseUrl" | "onProgress">;
-    /**
-     * as in `sft.follow`; the scene closes the estimate
-     */
-    onEstimate?: (estimate: Estimate, frame: number) => void;
-    /**
-     * closes the scene
-     */
-    signal?: AbortSignal;
-};
-export type SceneEvents = {
-    /**
-     * a print is found
-     */
-    found: CustomEvent<{
-        sheet: SceneSheet;
-        frame: TrackedFrame;
-    }>;
-    /**
-     * it is found no longer
-     */
-    lost: CustomEvent<{
-        sheet: SceneSheet;
-        frame: TrackedFrame;
-    }>;
-    /**
-     * before each drawing: seconds since the last, and the newest frame
-     */
-    frame: CustomEvent<{
-        deltaS: number;
-        frame: TrackedFrame;
-    }>;
-    /**
-     * the camera, or what follows it, has failed; the screen offers to try again
-     */
-    error: CustomEvent<{
-        error: DeepSftError;
-    }>;
-};
+import type { SceneEvents, SceneOptions } from "./scene-options.js";
 /** A scene that runs until it is closed. {@link start} makes it. */
 export declare class SceneView extends EventTarget {
     #private;
@@ -204,6 +80,12 @@ export declare class SceneView extends EventTarget {
     record(): Recording;
     /** Draws anew what a page has changed: the scene draws by itself what moves with the camera's picture. */
     refresh(): void;
+    /** Whether it is to be drawn: a processor that draws has better things to do than to draw the same once more. */
+    get due(): boolean;
+    /** Takes over the newest frame, and fires `frame`: a {@link SceneHost} calls it before each drawing. */
+    prepare(): void;
+    /** Records what was just drawn; a {@link SceneHost} calls it after each drawing. */
+    drawn(): void;
     /** Ends it, frees the camera, and takes it out of the page. Models that were added stay the page's. */
     close(): void;
     /** Closes it at the end of the block of a `using` declaration. */
