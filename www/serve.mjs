@@ -1,5 +1,5 @@
-// The development server, on this machine only: this folder at "/", models/ at "/models/", three.js and A-Frame, for the examples, at
-// "/three/" and "/aframe/".
+// The development server, on this machine only: this folder at "/", models/ at "/models/", three.js, A-Frame and uqr, which draws codes,
+// at "/three/", "/aframe/" and "/uqr/".
 // `cargo xtask demo` and the tests in the browser start it. By hand:
 //
 //     node serve.mjs [PORT] [--offline] [--lan]
@@ -21,7 +21,7 @@ import { docsPageNamed, offlineFiles } from "./site.mjs";
 export const WWW = fileURLToPath(new URL(".", import.meta.url));
 export const ROOT = fileURLToPath(new URL("..", import.meta.url));
 
-export const FOLDERS = { "/models/": join(ROOT, "models"), "/three/": join(WWW, "node_modules", "three", "build"), "/aframe/": join(WWW, "node_modules", "aframe", "dist"), "/": WWW };
+export const FOLDERS = { "/models/": join(ROOT, "models"), "/three/": join(WWW, "node_modules", "three", "build"), "/uqr/": join(WWW, "node_modules", "uqr", "dist"), "/aframe/": join(WWW, "node_modules", "aframe", "dist"), "/": WWW };
 const OFFLINE = /^\/(service-worker|demo\/offline\/version)\.js$/;
 const DOCS = /^\/docs\/([\w-]+\.html|search\.json)$/;
 const REFERENCE = "/docs/api/";

@@ -2,6 +2,8 @@
 // `cargo xtask site` builds the package first. By hand:
 //
 //     node site.mjs DIR
+//
+// DEEPSFT_SITE_ADDRESS is the address that the site will have, for the picture beside links to it.
 
 import { createHash } from "node:crypto";
 import { copyFile, mkdir, mkdtemp, readFile, readdir, realpath, rename, rm, stat, writeFile } from "node:fs/promises";
@@ -20,15 +22,19 @@ const PARTS = {
   ...Object.fromEntries(
     ["build/three.module.js", "build/three.core.js", "LICENSE"].map((name) => [`three/${basename(name)}`, www(`node_modules/three/${name}`)]),
   ),
+  ...Object.fromEntries(["dist/index.mjs", "LICENSE"].map((name) => [`uqr/${basename(name)}`, www(`node_modules/uqr/${name}`)])),
   ...Object.fromEntries(["dist/aframe-master.module.min.js", "LICENSE"].map((name) => [`aframe/${basename(name)}`, www(`node_modules/aframe/${name}`)])),
 };
+
+/** The address of the page's picture for those who show a link to it. */
+const PICTURE = /(property="og:image" content=")(?=[^:"]+")/;
 
 /** In each site, the names of its other files. */
 export const LIST = "site.txt";
 const LIST_HEAD = "The files of this site. A folder that holds others is not replaced.";
 
 /** What runs: the rest is to be read, or to be printed. A model's own list names its files. */
-const RUNS = /^(index\.html|app\.webmanifest|(demo|src|examples|three)\/.*|pkg\/.*\.js|dist\/.*\.wasm|models\/(?!soft-toy\/)[^/]+\/model\.json)$/;
+const RUNS = /^(index\.html|app\.webmanifest|(demo|src|examples|three|uqr)\/.*|pkg\/.*\.js|dist\/.*\.wasm|models\/(?!soft-toy\/)[^/]+\/model\.json)$/;
 const RUNS_NOT = /LICENSE|screenshot|\.mjs$|^demo\/offline\/(version|service-worker)\.js$/;
 const DOCS = /^docs\/[^/]+\.md$/;
 const SEARCH = "docs/search.json";
@@ -46,13 +52,14 @@ const LEFT_OUT = /^\.|\.checkpoint|\.tmp$/;
  *
  * @param {string} out the folder. It may be absent, empty, or hold a site.
  * @param {Record<string, string>} [parts] files and folders by their names in the site
+ * @param {string} [address] where the site will be found
  * @returns {Promise<string[]>} the names of the files
  * @throws when a part is missing, or a folder that would be replaced holds anything else
  */
-export async function writeSite(out, parts = PARTS) {
+export async function writeSite(out, parts = PARTS, address = process.env.DEEPSFT_SITE_ADDRESS) {
   const made = await mkdtemp(join(tmpdir(), "deepsft-site-"));
   try {
-    return await writeSiteWith(made, out, parts);
+    return await writeSiteWith(made, out, parts, address);
   } finally {
     await rm(made, { recursive: true, force: true });
   }
@@ -76,9 +83,23 @@ async function minifyThree(sources, made) {
   }
 }
 
+/**
+ * Whoever shows a link with its picture wants the picture's whole address.
+ *
+ * @param {Map<string, string>} sources changed
+ * @param {string} made
+ * @param {string} address of the site
+ */
+async function addressPicture(sources, made, address) {
+  const named = join(made, "index.html");
+  await writeFile(named, (await readFile(sources.get("index.html"), "utf8")).replace(PICTURE, `$1${new URL(".", address)}`));
+  sources.set("index.html", named);
+}
+
 /** @param {string} made an empty folder, for what is made on the way */
-async function writeSiteWith(made, out, parts) {
+async function writeSiteWith(made, out, parts, address) {
   const sources = await sourcesOf(parts);
+  if (address) await addressPicture(sources, made, address);
   const reference = join(made, "reference");
   await mkdir(reference);
   await minifyThree(sources, made);

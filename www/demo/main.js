@@ -75,6 +75,8 @@ let stream = null;
 let leaving = new AbortController();
 /** The end of the address that shows the clip at once. */
 const CLIP_HASH = "#clip";
+/** What is begun at once where the address ends so. @type {Readonly<Record<string, string>>} */
+const AT_ONCE = { [CLIP_HASH]: "#use-clip", "#poster": "#use-camera" };
 /** Whether the page is on its way back in the browser's history. */
 let isReturning = false;
 /** @type {() => void} what "Try again" does */
@@ -318,6 +320,7 @@ for (const [button, subject] of /** @type {const} */ ([["#use-camera", "poster"]
   });
 }
 part("#use-clip").addEventListener("click", startClip);
+part("#use-screen").addEventListener("click", async () => (await import("./screen.js")).showOnScreen());
 part("#use-image").addEventListener("click", () => {
   subjects.choose("poster");
   view.imageFile.click();
@@ -366,7 +369,8 @@ function takeFiles(given = []) {
 showChoice();
 openHud(matchMedia("(min-width: 760px) and (min-height: 560px)").matches);
 showView("start");
-if (location.hash === CLIP_HASH) {
+const atOnce = AT_ONCE[location.hash];
+if (atOnce) {
   history.replaceState(null, "", addressOf("start"));
-  startClip();
+  part(atOnce).click();
 }

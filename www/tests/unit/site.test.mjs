@@ -1,9 +1,10 @@
 import assert from "node:assert/strict";
-import { mkdirSync, mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from "node:fs";
+import { mkdirSync, mkdtempSync, readFileSync, readdirSync, rmSync, statSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { afterEach, beforeEach, test } from "node:test";
 
+import { WWW } from "../../serve.mjs";
 import { LIST, writeSite } from "../../site.mjs";
 
 let folder;
@@ -35,6 +36,17 @@ test("a site is its parts, without hidden files and checkpoints, and a list of t
   assert.deepEqual(await writeSite(out, parts), ["index.html", "models/m/model.json"]);
   assert.deepEqual(files(out), ["index.html", "models/m/model.json", LIST].sort());
   assert.equal(readFileSync(join(out, "index.html"), "utf8"), "page.html");
+});
+
+test("the picture for those who show a link to the site has its whole address, and is small", async () => {
+  const page = join(WWW, "index.html");
+  const of = (/** @type {string} */ name) => /property="og:image" content="([^"]+)"/.exec(readFileSync(name, "utf8"))[1];
+  const own = of(page);
+  assert.ok(statSync(join(WWW, own)).size < 150_000);
+  await writeSite(out, { "index.html": page }, "https://example.org/deepsft/");
+  assert.equal(of(join(out, "index.html")), `https://example.org/deepsft/${own}`);
+  await writeSite(out, { "index.html": page }, undefined);
+  assert.equal(of(join(out, "index.html")), own);
 });
 
 test("a site replaces an older one as a whole, and leaves nothing beside it", async () => {
