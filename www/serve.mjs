@@ -148,7 +148,9 @@ if (process.argv[1] === fileURLToPath(import.meta.url)) {
   try {
     // First what may fail: this machine's own server has other ports to go to.
     const lanText = lan ? await serveLan(port) : undefined;
-    const { origin } = await serveSomewhere(lan ? undefined : port, FIRST_PORT, { offline });
+    // Pages that were copied from the list of examples run on other servers.
+    const headers = { "access-control-allow-origin": "*" };
+    const { origin } = await serveSomewhere(lan ? undefined : port, FIRST_PORT, { offline, headers });
     console.log(`${origin}/`);
     if (lanText !== undefined) console.log(`\n${lanText}`);
   } catch (error) {

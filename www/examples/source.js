@@ -3,11 +3,11 @@
 import { openCamera } from "deepsft";
 
 const canPlay = document.createElement("video").canPlayType('video/mp4; codecs="avc1.64001f"');
-export const clip = `../demo/clip.${canPlay ? "mp4" : "webm"}`;
+export const clip = new URL(`../demo/clip.${canPlay ? "mp4" : "webm"}`, import.meta.url).href;
 
 export async function openSource(video) {
   if (location.search !== "?clip") return { source: await openCamera(video) };
-  await Object.assign(video, { src: clip, muted: true, loop: true, playsInline: true }).play();
+  await Object.assign(video, { crossOrigin: "anonymous", src: clip, muted: true, loop: true, playsInline: true }).play();
   return { source: video, intrinsics: { width: 960, height: 540, fx: 760, fy: 760, cx: 480, cy: 270 } };
 }
 

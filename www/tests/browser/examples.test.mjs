@@ -1,12 +1,13 @@
-// Each example on its page, before the clip or a camera. Those with three.js are judged by their pixels in three.test.mjs.
+// Each example as the list of them copies it, pasted into a file on another server, before the clip or a camera. Those with three.js are judged by their pixels in three.test.mjs.
 
 import assert from "node:assert/strict";
 import { readFileSync, readdirSync } from "node:fs";
-import { readFile } from "node:fs/promises";
+import { mkdtemp, readFile, rm, writeFile } from "node:fs/promises";
+import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
 
-import { WWW } from "../../serve.mjs";
+import { WWW, serve } from "../../serve.mjs";
 import { SLOW_MS, launch, openDemo } from "../support/browser.mjs";
 import { MODEL } from "../support/native.mjs";
 import { posterScan } from "../support/scans.mjs";
@@ -17,15 +18,39 @@ const MINT = [0x5f, 0xe3, 0xbd];
 const AMBER = [0xf2, 0xb8, 0x61];
 
 let browser;
-before(async () => (browser = await launch({ webgpu: false })));
-after(() => browser?.close());
+/** The site, which lets pages of others read it as most hosts of static files do; a list of its examples; and where they are pasted. */
+let site, list, folder, elsewhere;
+before(async () => {
+  browser = await launch({ webgpu: false });
+  site = await serve({ headers: { "access-control-allow-origin": "*" } });
+  const context = await browser.newContext({ permissions: ["clipboard-read", "clipboard-write"] });
+  list = await context.newPage();
+  await list.goto(`${site.origin}/examples/index.html`);
+  folder = await mkdtemp(join(tmpdir(), "deepsft-examples-"));
+  elsewhere = await serve({ folders: { "/": folder } });
+});
+after(async () => {
+  await browser?.close();
+  await Promise.all([site, elsewhere].map((server) => server?.close()));
+  await rm(folder, { recursive: true, force: true });
+});
 
-/** Opens an example with the clip. */
+/** Copies an example, pastes it into a file, and opens that with the clip. */
 async function onClip(name, body) {
-  const demo = await openDemo(browser, { device: { viewport: { width: 960, height: 540 } }, path: `/examples/${name}.html?clip` });
-  await body(demo.page);
-  await demo.screenshot(`example-${name}`);
-  await demo.finish();
+  await list.bringToFront();
+  await list.click(`[data-copied="${name}.html"]`);
+  await list.waitForFunction(() => document.querySelector("[role=status]").textContent === "Copied");
+  await writeFile(join(folder, `${name}.html`), await list.evaluate(() => ((document.querySelector("[role=status]").textContent = ""), navigator.clipboard.readText())));
+  const page = await (await browser.newContext({ viewport: { width: 960, height: 540 } })).newPage();
+  page.setDefaultTimeout(SLOW_MS / 2);
+  const problems = [];
+  page.on("pageerror", (error) => problems.push(String(error)));
+  page.on("console", (message) => message.type() === "error" && problems.push(message.text()));
+  await page.goto(`${elsewhere.origin}/${name}.html?clip`);
+  await body(page);
+  await page.screenshot({ path: join(WWW, "tests", "screenshots", `example-${name}.png`) });
+  await page.context().close();
+  assert.deepEqual(problems, []);
 }
 
 /** Waits until the canvas has so many pixels of a colour, about. */
@@ -174,6 +199,13 @@ for (const name of NAMES) {
     await onClip(name, TESTS[name]);
   });
 }
+
+test("the files that the examples name are on the site too", async () => {
+  for (const name of NAMES) {
+    const addresses = readFileSync(join(FOLDER, `${name}.html`), "utf8").match(/(?<=["'])\.\.?\/[^"']*/g);
+    for (const address of addresses) assert.equal((await fetch(new URL(address, `${site.origin}/examples/`))).status, 200, `${name}: ${address}`);
+  }
+});
 
 test("the list has every example, with its picture and its source", { timeout: SLOW_MS }, async () => {
   const demo = await openDemo(browser, { path: "/examples/index.html" });
