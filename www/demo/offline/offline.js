@@ -1,8 +1,10 @@
-// Has the site's service worker keep the page for later visits, offline too.
+// Has the site's service worker keep the page for later visits, offline too, for people who have come back.
 
 import { VERSION } from "./version.js";
 
 const SCRIPT = "service-worker.js";
+/** Left by the first visit, which fetches what the person asks for and no more. */
+const VISITED_KEY = "deepsft/visited";
 /** After so long a newer version that could not take over, for another window was there, is asked again. */
 const AGAIN_MS = 3000;
 
@@ -16,7 +18,7 @@ export function workOffline() {
   const workers = navigator.serviceWorker;
   /** @type {{ saveData?: boolean } | undefined} */
   const connection = /** @type {any} */ (navigator).connection;
-  if (VERSION === null || !workers || connection?.saveData) return () => undefined;
+  if (VERSION === null || !workers || connection?.saveData || !(wasHere() || workers.controller)) return () => undefined;
   /** @type {ServiceWorkerRegistration | null} */
   let registration = null;
   let timer = 0;
@@ -41,6 +43,18 @@ export function workOffline() {
   if (document.readyState === "complete") begin();
   else addEventListener("load", begin, { once: true });
   return update;
+}
+
+/** Whether this is not the first visit. */
+function wasHere() {
+  try {
+    const before = localStorage.getItem(VISITED_KEY);
+    localStorage.setItem(VISITED_KEY, "yes");
+    return before !== null;
+  } catch {
+    // Without a memory each visit is the first.
+    return false;
+  }
 }
 
 /**
