@@ -416,10 +416,24 @@ test("a component of React in strict mode has one scene and one camera, and none
   }
 });
 
-test("fifty scenes that come and go leave no track, worker, canvas or listener", { timeout: SLOW_MS }, () =>
+for (const kind of ["scenes", "elements"]) test(`fifty ${kind} that come and go leave no track, worker, canvas or listener`, { timeout: SLOW_MS }, () =>
   onScene(async ({ page, demo }) => {
     await demo.context.grantPermissions(["camera"]);
-    await page.evaluate(() => {
+    await page.evaluate(async (picture) => {
+      await import("/src/scene/element.js");
+      globalThis.mount = {
+        scenes() {
+          const leaving = new AbortController();
+          return { started: startScene({ source: undefined, signal: leaving.signal }), leave: () => leaving.abort() };
+        },
+        elements() {
+          const element = document.createElement("deepsft-view");
+          element.setAttribute("picture", picture);
+          const started = new Promise((resolve) => element.addEventListener("started", ({ detail }) => resolve(detail.view), { once: true }));
+          document.querySelector("#ar").append(element);
+          return { started, leave: () => element.remove() };
+        },
+      };
       const { mediaDevices } = navigator;
       const { getUserMedia } = mediaDevices;
       globalThis.tracks = [];
@@ -428,7 +442,7 @@ test("fifty scenes that come and go leave no track, worker, canvas or listener",
         for (const track of stream.getTracks()) tracks.push(new WeakRef(track));
         return stream;
       };
-    });
+    }, PICTURE);
     const session = await demo.context.newCDPSession(page);
     await session.send("Performance.enable");
     /** Listeners, and the objects of some kinds that are still reachable. */
@@ -447,22 +461,21 @@ test("fifty scenes that come and go leave no track, worker, canvas or listener",
     };
     /** Mounts and unmounts: as strict mode does, at once; while it starts; once it runs. */
     const comeAndGo = (count) =>
-      page.evaluate(async (count) => {
+      page.evaluate(async ([count, kind]) => {
         const reasons = [];
         for (let i = 0; i < count; i++) {
-          const leaving = new AbortController();
-          const started = startScene({ source: undefined, signal: leaving.signal });
+          const { started, leave } = mount[kind]();
           started.catch((error) => reasons.push(error.name));
           const stay = [() => 0, () => new Promise((resolve) => setTimeout(resolve, 20 * i)), () => started.then((ar) => drawn(ar, 1))][i % 10 === 9 ? 2 : i % 2];
           await stay();
-          leaving.abort();
+          leave();
         }
         return reasons;
-      }, count);
+      }, [count, kind]);
     await comeAndGo(10);
     const before = await counts();
     const reasons = await comeAndGo(50);
-    assert.ok(reasons.length >= 20 && reasons.every((name) => name === "AbortError"), String(reasons));
+    assert.ok((kind === "elements" || reasons.length >= 20) && reasons.every((name) => name === "AbortError"), String(reasons));
     await page.waitForFunction(() => tracks.length > 0 && tracks.every((track) => track.deref()?.readyState !== "live"));
     await noWorkers(page);
     assert.deepEqual(await page.evaluate(() => [document.querySelectorAll("canvas, video").length, document.querySelector("#ar").childElementCount]), [0, 0]);
