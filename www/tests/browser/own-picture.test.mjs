@@ -289,6 +289,55 @@ test("a print is photographed with the camera, and its corners are near already"
   }),
 );
 
+test("the whole way on a phone: a photographed print of unknown size is found, printed anew, kept as a picture and a film", { timeout: SLOW_MS }, async () => {
+  const onTable = join(folder, "table.y4m");
+  await writeFile(onTable, y4m(Array(4).fill(photographOf(CORNERS)), 4));
+  await withDemo({ camera: onTable }, { device: PHONE, permissions: ["camera"] }, async ({ page, screenshot }) => {
+    let step = 0;
+    const look = (name) => screenshot(`phone-way-${++step}-${name}`);
+    const kept = async (act) => (await Promise.all([page.waitForEvent("download"), act()]))[0].suggestedFilename();
+    await look("start");
+    await page.tap("#photograph");
+    await page.waitForSelector('#capture[data-ready="true"]');
+    await look("capture");
+    await page.tap(".shutter");
+    await page.waitForSelector("#editor:not([hidden])");
+    await look("editor");
+    const handles = await handlesOf(page);
+    const box = await page.locator("#corners .picture").boundingBox();
+    for (const [i, [x, y]] of CORNERS.entries()) {
+      await page.mouse.move(...handles[i]);
+      await page.mouse.down();
+      await page.mouse.move(box.x + (x / 900) * box.width, box.y + (y / 700) * box.height, { steps: 5 });
+      await page.mouse.up();
+    }
+    await look("corners");
+    await page.tap('label:has([value="unknown"])');
+    await look("unknown");
+    const { scrollWidth, clientWidth } = await page.locator("#usual-sizes").evaluate(({ scrollWidth, clientWidth }) => ({ scrollWidth, clientWidth }));
+    assert.equal(scrollWidth, clientWidth, "all sizes are seen");
+    await page.tap('#print-size [value="camera"]');
+    await look("learning");
+    await page.waitForSelector('#state[data-how="tracked"]');
+    await page.waitForSelector("#measures:not([hidden])");
+    await look("found");
+    for (const overlay of ["object", "depth"]) {
+      await page.tap(`#overlays label:has([value="${overlay}"])`);
+      await page.waitForTimeout(1000);
+      await look(overlay);
+    }
+    await page.tap('#overlays label:has([value="paper"])');
+    assert.match(await kept(() => page.tap("#shots button:first-child")), /\.png$/);
+    await page.tap("#shots button:last-child");
+    await page.waitForTimeout(2500);
+    await look("recording");
+    assert.match(await kept(() => page.tap("#shots button:last-child")), /\.(mp4|webm)$/);
+    await page.tap("#back");
+    await look("back");
+    assert.equal(await page.textContent("#last-size"), "Size not known");
+  });
+});
+
 test("the last picture is remembered on the device until it is forgotten", { timeout: SLOW_MS }, () =>
   withDemo({ camera: cameraFile }, { device: PHONE }, async ({ page, screenshot }) => {
     assert.equal(await page.isVisible("#last"), false);
