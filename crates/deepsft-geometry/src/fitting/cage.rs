@@ -4,6 +4,8 @@ use crate::mesh::{RigidMotion, TriangleMesh};
 use crate::solver::{Energy, ResidualSink};
 use glam::{DVec3, IVec3};
 use std::collections::{BTreeSet, HashMap};
+use std::iter::Sum;
+use std::ops::Mul;
 
 /// Cells along the longest side.
 const CELLS: f64 = 6.0;
@@ -82,9 +84,9 @@ impl Cage {
         pairs.into_iter().collect()
     }
 
-    /// The vertices that the nodes move.
-    pub(crate) fn interpolated(&self, nodes: &[DVec3]) -> Vec<DVec3> {
-        let mean = |weights: &[(usize, f64); CORNERS]| weights.iter().map(|&(node, w)| w * nodes[node]).sum();
+    /// Of each vertex the weighted mean of what its nodes have: of their places, where they move it.
+    pub(crate) fn interpolated<T: Copy + Mul<f64, Output = T> + Sum>(&self, of_nodes: &[T]) -> Vec<T> {
+        let mean = |weights: &[(usize, f64); CORNERS]| weights.iter().map(|&(node, w)| of_nodes[node] * w).sum();
         self.weights.iter().map(mean).collect()
     }
 

@@ -141,7 +141,7 @@ impl FrameFitter {
     /// Fits a surface that was found in a smaller image to the pixels of the camera's own `image`: in close-ups of the sheet, up to the
     /// resolution of the image or of the print, whichever is less. Before that a sheet is fitted anew from other shapes, along the softest
     /// modes of its fit, and the likeliest is taken. A softer mesh is taken where it explains more of the image. The
-    /// surface stays where it is where the image shows no more detail. A sheet tells its [`Surface::deviations`] in any case.
+    /// surface stays where it is where the image shows no more detail. It tells its [`Surface::deviations`] in any case.
     ///
     /// # Errors
     /// [`GeometryError::MapSize`] when image and camera are not of one size, [`GeometryError::StartLength`] when the surface does not
@@ -157,11 +157,9 @@ impl FrameFitter {
             &surface.vertices_camera,
             self.coarse.mesh_fitter.fine.mesh.vertices().len(),
         )?;
-        let is_sheet = self.coarse.mesh_fitter.template.is_sheet();
-        let canonical = is_sheet.then(|| CloseUp::new(image, camera, surface.camera, 1.0));
-        let canonical = canonical.transpose()?;
-        if let Some(canonical) = &canonical {
-            likeliest_shape(&mut self.coarse.mesh_fitter, canonical, &mut surface)?;
+        let canonical = CloseUp::new(image, camera, surface.camera, 1.0)?;
+        if self.coarse.mesh_fitter.template.is_sheet() {
+            likeliest_shape(&mut self.coarse.mesh_fitter, &canonical, &mut surface)?;
         }
         let fine = &self.coarse.mesh_fitter.fine;
         // What the image shows nothing of stays about where it was.
@@ -171,6 +169,7 @@ impl FrameFitter {
             .coarse
             .measured_terms(fine, &measured, &surface.camera, worth, |_| 1.0)?;
         let fitter = &mut self.coarse.mesh_fitter;
+        let mut is_rigid = false;
         let mut close_ups = close_ups(image, camera, &surface, &fitter.print)?;
         if let Some(fitted) = fit_through(fitter, &close_ups, &surface, &[&reprojection, &depth])? {
             // A fit that was too bad to be tried elsewhere says nothing of a print that looks like itself only when it is blurred.
@@ -179,14 +178,11 @@ impl FrameFitter {
                 .verdict
                 .ambiguity
                 .filter(|_| is_tried || self.is_alike_in_detail());
+            is_rigid = fitted.is_rigid;
             fitted.replace(&mut surface, ambiguity);
         }
-        // Of a solid no deviation is stated: how often they would hold has not been measured.
-        let Some(canonical) = canonical else {
-            return Ok(surface);
-        };
         let last = close_ups.pop().unwrap_or(canonical);
-        surface.deviations = deviations(&mut self.coarse.mesh_fitter, &last, &surface)?;
+        surface.deviations = deviations(&mut self.coarse.mesh_fitter, &last, &surface, is_rigid)?;
         Ok(surface)
     }
 

@@ -128,7 +128,8 @@ impl IsometricMesh {
         self.welding.as_ref().map_or(&self.mesh, Welding::mesh)
     }
 
-    fn weld(&self, vertices: &[DVec3]) -> Vec<DVec3> {
+    /// The vertices of [`IsometricMesh::welded`].
+    pub(super) fn weld(&self, vertices: &[DVec3]) -> Vec<DVec3> {
         self.welding
             .as_ref()
             .map_or_else(|| vertices.to_vec(), |welding| welding.weld(vertices))
@@ -199,10 +200,22 @@ impl IsometricMesh {
         self.solver.sensitivities(&all, vertices, right_hand_sides)
     }
 
-    /// As [`MeshSolver::covariances`], with `terms`, isometry and bending: of a sheet.
+    /// As [`MeshSolver::covariances`], with `terms`, isometry and bending. Of a solid, with its rigidity: bounds from above, for the corners
+    /// of a vertex's cell are taken to go together.
     pub(crate) fn covariances(&mut self, terms: &[&dyn Energy], vertices: &[DVec3]) -> Option<Vec<DMat3>> {
-        let all = self.structure.with(Stiffness::WHOLE, terms);
-        self.solver.covariances(&all, vertices)
+        let Some(cage) = &self.cage else {
+            let all = self.structure.with(Stiffness::WHOLE, terms);
+            return self.solver.covariances(&all, vertices);
+        };
+        let embedded: Vec<_> = terms.iter().map(|&term| Embedded { term, cage }).collect();
+        let terms: Vec<&dyn Energy> = embedded.iter().map(|term| term as &dyn Energy).collect();
+        let all = self.structure.with(Stiffness::WHOLE, &terms);
+        let of_nodes = self.solver.covariances(&all, &cage.nodes_of(&self.weld(vertices)))?;
+        let of_vertices = cage.interpolated(&of_nodes);
+        Some(match &self.welding {
+            Some(welding) => welding.split(&of_vertices),
+            None => of_vertices,
+        })
     }
 
     /// As [`MeshSolver::softest_modes`], with `terms`, isometry and bending: of a sheet.

@@ -21,7 +21,8 @@ const RIGHT_PX: f64 = 2.0;
 #[command(after_help = "\
 Frames of 960 x 540 pixels by our renderer: the object bent, any way up, from all sides. Each object is looked for in its own frames, and in
 those of the next one. Right: found, and the median registration error is below 2 px of the canonical image (480 x 270). Errors are those of
-right frames, median (95th percentile): that median; RMSE of the points that the camera would see; median distance of all vertices.")]
+right frames, median (95th percentile): that median; RMSE of the points that the camera would see; median distance of all vertices. At the
+end how many vertices lie within one and two of their stated standard deviations, the mean over right frames.")]
 pub struct SolidsArguments {
     /// Folders of templates
     #[arg(value_name = "TEMPLATE", required = true)]
@@ -65,13 +66,15 @@ pub fn run(arguments: &SolidsArguments) -> Result<()> {
     }
     ensure!(arguments.frames > 0, "no frames are to be made");
     println!(
-        "| object | frames | found | right | false finds | registration, px | points, mm | vertices, mm | time, ms |"
+        "| object | frames | found | right | false finds | registration, px | points, mm | vertices, mm | time, ms | \
+         within 1 and 2 deviations, % |"
     );
-    println!("|---|---|---|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|---|---|---|");
     for k in 0..objects.len() {
         let mut progress = Progress::of(arguments.frames, "frames");
         let (mut shown, mut found, mut false_finds) = (0, 0, 0);
         let [mut registration, mut points, mut vertices, mut times] = [(); 4].map(|()| Vec::new());
+        let mut within = [Vec::new(), Vec::new()];
         for index in 0..arguments.frames {
             let sample = objects[k].synthesizer.sample(arguments.seed, index);
             progress.step();
@@ -91,7 +94,7 @@ pub fn run(arguments: &SolidsArguments) -> Result<()> {
             {
                 false_finds += 1;
             }
-            let Some([px, point_mm, vertex_mm]) = errors else {
+            let Some(([px, point_mm, vertex_mm], multiples)) = errors else {
                 continue;
             };
             found += 1;
@@ -99,6 +102,10 @@ pub fn run(arguments: &SolidsArguments) -> Result<()> {
                 registration.push(px);
                 points.push(point_mm);
                 vertices.push(vertex_mm);
+                for (within, most) in within.iter_mut().zip([1.0, 2.0]) {
+                    let inside = multiples.iter().filter(|multiple| **multiple < most).count();
+                    within.push(100.0 * inside as f64 / multiples.len() as f64);
+                }
             }
         }
         let right = registration.len();
@@ -109,14 +116,15 @@ pub fn run(arguments: &SolidsArguments) -> Result<()> {
                 None => print!(" - |"),
             }
         }
-        println!();
+        let mean = |of: &Vec<f64>| of.iter().sum::<f64>() / of.len().max(1) as f64;
+        println!(" {:.0}, {:.0} |", mean(&within[0]), mean(&within[1]));
     }
     Ok(())
 }
 
 /// Of a found object: the median registration error (pixels), the RMSE of the points that the camera would see if nothing hid them, and the
-/// median distance of all vertices (mm).
-fn errors(finder: &mut TargetFinder, sample: &Sample) -> Result<Option<[f64; 3]>> {
+/// median distance of all vertices (mm). Also that of each vertex as a multiple of its stated standard deviation.
+fn errors(finder: &mut TargetFinder, sample: &Sample) -> Result<Option<([f64; 3], Vec<f64>)>> {
     let estimate = pollster::block_on(finder.estimate(&mut View::new(&sample.image, &sample.camera)))?;
     let Some(surface) = estimate.surface.filter(|_| estimate.judgement.found) else {
         return Ok(None);
@@ -130,5 +138,12 @@ fn errors(finder: &mut TargetFinder, sample: &Sample) -> Result<Option<[f64; 3]>
     let pairs = surface.vertices_camera.iter().zip(&sample.vertices_camera);
     let vertices = Summary::of(pairs.map(|(a, b)| Some(a.distance(*b))));
     let (registration, points) = (registration.unwrap_or(f64::INFINITY), points.unwrap_or(f64::INFINITY));
-    Ok(vertices.map(|vertices| [registration, points, vertices.median]))
+    let stated = surface.deviations.iter().map(|deviation| f64::from(*deviation));
+    let ways = surface
+        .vertices_camera
+        .iter()
+        .zip(&sample.vertices_camera)
+        .map(|(a, b)| a.distance(*b));
+    let multiples = ways.zip(stated).map(|(way, deviation)| way / deviation).collect();
+    Ok(vertices.map(|vertices| ([registration, points, vertices.median], multiples)))
 }
