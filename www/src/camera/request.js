@@ -203,21 +203,33 @@ async function preferMainCamera(stream) {
   return requestCamera(main).catch(() => requestCamera(current));
 }
 
+/** Names of lenses that are not the main one, and of cameras that change between lenses, as Apple and others call them in English. */
+const OTHER_LENS = /\b(ultra|wide|tele|telephoto|macro|zoom|depth|infrared|dual|triple|desk)\b/i;
+
 /**
- * The back camera with the most pixels, which on phones is the main one; null when that is open already, or the browser
- * does not tell what its cameras can do.
+ * The main back camera; null when that is open already, or the browser does not tell enough of its cameras. Android numbers the main one of
+ * each side first, whatever the pixels of the others; an iPhone's "Back Camera" is one lens, and its "Back Triple Camera" changes between
+ * three, which no calibration survives. Of those whose names say nothing it is the one with the most pixels.
  *
  * @param {MediaDeviceInfo[]} devices
  * @param {string | undefined} current
  * @returns {string | null}
  */
 function mainBackCamera(devices, current) {
-  const backs = devices.flatMap((device) => {
-    const { facingMode = [], width, height } = capabilitiesOf(device);
-    if (device.kind !== "videoinput" || !facingMode.includes("environment")) return [];
-    return [{ deviceId: device.deviceId, pixels: (width?.max ?? 0) * (height?.max ?? 0) }];
+  const backs = devices.filter((device) => device.kind === "videoinput" && facingOf(device) === "environment").map((device) => {
+    const { width, height } = capabilitiesOf(device);
+    const number = /\bcamera2? (\d+)\b|\bback:(\d+)/i.exec(device.label);
+    return {
+      deviceId: device.deviceId,
+      number: Number(number?.[1] ?? number?.[2] ?? 0),
+      isOther: OTHER_LENS.test(device.label),
+      pixels: (width?.max ?? 0) * (height?.max ?? 0),
+    };
   });
+  /** @type {(a: typeof backs[0], b: typeof backs[0]) => number} below 0 where `a` is rather the main one */
+  const compare = (a, b) => Number(a.isOther) - Number(b.isOther) || a.number - b.number || b.pixels - a.pixels;
+  const [main] = [...backs].sort(compare);
   const open = backs.find(({ deviceId }) => deviceId === current);
-  const most = backs.reduce((best, back) => (back.pixels > best.pixels ? back : best), open ?? { deviceId: "", pixels: 0 });
-  return most.pixels > (open?.pixels ?? 0) ? most.deviceId : null;
+  const isKnown = main !== undefined && (open !== undefined || main.pixels > 0);
+  return isKnown && (open === undefined || compare(main, open) < 0) ? main.deviceId : null;
 }

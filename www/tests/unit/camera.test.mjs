@@ -298,6 +298,33 @@ test("a camera that is the main one, or whose browser does not tell, stays", asy
   }
 });
 
+test("names tell the main back camera, whatever the pixels of the others", async () => {
+  const named = (label, width, height) => ({ ...listed(label, "environment", width, height), label });
+  const android = [named("camera2 2, facing back", 9248, 6936), named("camera2 0, facing back", 4000, 3000), named("camera2 3, facing back", 3264, 2448)];
+  const firefox = ["Facing back:2", "Facing back:0"].map((label) => ({ kind: "videoinput", label, deviceId: label }));
+  // The virtual one changes between lenses without a word.
+  const iphone = ["Back Triple Camera", "Back Dual Wide Camera", "Back Ultra Wide Camera", "Back Camera", "Back Telephoto Camera"];
+  for (const [cameras, open, main] of [
+    [android, "camera2 2, facing back", "camera2 0, facing back"],
+    [android, "camera2 3, facing back", "camera2 0, facing back"],
+    [android, "camera2 0, facing back", "camera2 0, facing back"],
+    [firefox, "Facing back:2", "Facing back:0"],
+    [iphone.map((label) => named(label, 4032, 3024)), "Back Triple Camera", "Back Camera"],
+    [iphone.map((label) => named(label, 4032, 3024)), "Back Camera", "Back Camera"],
+    // Without the main one in the list there is nothing to choose.
+    [[named("Back Ultra Wide Camera", 4032, 3024)], "Back Ultra Wide Camera", "Back Ultra Wide Camera"],
+  ]) {
+    withDevices({
+      getUserMedia: async ({ video }) => {
+        const id = video.deviceId?.exact ?? open;
+        return new Stream(id, id);
+      },
+      enumerateDevices: async () => cameras,
+    });
+    assert.equal((await openCamera(new Video())).deviceId, main, open);
+  }
+});
+
 test("cameras say which way they look, by their capabilities or else their English names", async () => {
   const named = (label) => ({ kind: "videoinput", label, deviceId: label });
   const devices = [...PHONE_CAMERAS, ...["camera2 0, facing back", "camera2 1, facing front", "Frontier Cam"].map(named)];
