@@ -12,6 +12,7 @@ use crate::estimate::{Estimate, Judgement};
 use deepsft_finding::{FeatureFinder, PictureGrade};
 use deepsft_geometry::fitting::Start;
 use deepsft_geometry::glam::DVec3;
+use deepsft_geometry::raster::VisibleSurface;
 use deepsft_geometry::tracking::TrackingOptions;
 use deepsft_geometry::{CalibratedCamera, Camera, Maps, Picture, SelfCalibration, SelfCalibrationOptions, Surface};
 use std::sync::{Arc, Weak};
@@ -50,6 +51,7 @@ pub struct TargetFinder {
     fitter: Arc<TargetFitter>,
     /// Of the targets that resemble this one.
     lookalikes: Vec<Weak<TargetFitter>>,
+    copies: u32,
 }
 
 impl TargetFinder {
@@ -81,12 +83,23 @@ impl TargetFinder {
             target,
             finders,
             lookalikes: Vec::new(),
+            copies: 1,
         }
     }
 
     /// The target.
     pub fn target(&self) -> &Target {
         &self.target
+    }
+
+    /// Looks for so many copies of the print in one image from now on, at least 1: each takes about as long again.
+    pub fn look_for_copies(&mut self, copies: u32) {
+        self.copies = copies.max(1);
+    }
+
+    /// How many copies of the print are looked for.
+    pub fn copies(&self) -> u32 {
+        self.copies
     }
 
     /// Grades how well features find the target's picture; `None` for a solid, and where none of the finders uses them. Takes up to
@@ -140,9 +153,48 @@ impl TargetFinder {
     /// often see something where the target is not, so only those count that the image confirms after a fit. A network's sighting is its
     /// own, before any fit; it has none where its maps show too little of the mesh.
     ///
+    /// Where [several copies](TargetFinder::look_for_copies) are looked for, the sightings of the next come after: it is found as the first,
+    /// where that is painted over.
+    ///
     /// # Errors
     /// As [`Finder::find`].
     pub async fn find(
+        &mut self,
+        view: &mut View<'_>,
+        camera: &Camera,
+    ) -> Result<(Vec<Sighting>, Option<Maps>), DeepSftError> {
+        let (mut sightings, seen) = self.find_one(view, camera).await?;
+        let mut newest = 0;
+        for _ in 1..self.copies {
+            if sightings.len() == newest {
+                break;
+            }
+            let rest = self.painted_over(view, &sightings);
+            newest = sightings.len();
+            let (more, _) = self.find_one(&mut View::new(&rest, view.camera()), camera).await?;
+            sightings.extend(more);
+        }
+        Ok((sightings, seen))
+    }
+
+    /// The image of `view`, grey where copies of the print were seen.
+    fn painted_over(&self, view: &View<'_>, sightings: &[Sighting]) -> Picture {
+        let (image, mesh) = (view.image(), self.target.template().mesh());
+        let mut is_seen = vec![false; image.size().area()];
+        for Sighting { vertices_camera, .. } in sightings {
+            for (column, row, ..) in VisibleSurface::new(mesh, vertices_camera, view.camera()).front() {
+                is_seen[row * image.width() + column] = true;
+            }
+        }
+        Picture::from_fn(image.width(), image.height(), |x, y| {
+            match is_seen[y * image.width() + x] {
+                true => [128; 3],
+                false => image.pixel(x, y),
+            }
+        })
+    }
+
+    async fn find_one(
         &mut self,
         view: &mut View<'_>,
         camera: &Camera,

@@ -19,7 +19,7 @@ pub(super) struct FollowedTarget {
     pub(super) tracker: Tracker,
     /// The camera of canonical images that lie across.
     pub(super) training_camera: Camera,
-    can_deny: bool,
+    pub(super) can_deny: bool,
     presence: Presence,
     /// Started afresh with each track.
     smoothing: Option<OneEuro>,
@@ -50,6 +50,17 @@ impl FollowedTarget {
             template: template.clone(),
             calibration: None,
         })
+    }
+
+    /// One more copy of its print, which is followed nowhere yet.
+    pub(super) fn copy(&self, options: &SessionOptions) -> Result<Self, DeepSftError> {
+        Self::new(&self.template, self.training_camera, self.can_deny, options)
+    }
+
+    /// Whether two meshes are one copy of the print: nearer to each other than its sheets can lie side by side.
+    pub(super) fn are_one(&self, meshes: [&[DVec3]; 2]) -> bool {
+        let [a, b] = meshes.map(|vertices| vertices.iter().sum::<DVec3>() / vertices.len() as f64);
+        a.distance(b) < self.template.size_mm().min_element() / 2.0
     }
 
     /// Its canonical camera for images of `size`, and the same with the focal length of `view`.
@@ -115,20 +126,21 @@ impl FollowedTarget {
         }
     }
 
-    /// Hears where finders see the target in `frame`, the likeliest first. Says what the tracker made of it, and by which of them.
+    /// Hears where finders see the target in `frame`: in those of `starts`, the likeliest first. Says what the tracker made of it, and by which
+    /// of them.
     pub(super) fn answer(
         &mut self,
         frame: u64,
-        starts: &[Vec<DVec3>],
+        (own, starts): (&[usize], &[Vec<DVec3>]),
         newest_s: f64,
     ) -> Result<(TrackUpdate, Option<usize>), DeepSftError> {
         let (mut update, mut by) = (TrackUpdate::Ignored, None);
-        if starts.is_empty() && self.can_deny {
+        if own.is_empty() && self.can_deny {
             update = self.tracker.update(frame, None)?;
         }
-        for (k, start) in starts.iter().enumerate() {
+        for &k in own {
             by = Some(k);
-            update = self.tracker.update(frame, Some(start))?;
+            update = self.tracker.update(frame, Some(&starts[k]))?;
             if update != TrackUpdate::Ignored {
                 break;
             }

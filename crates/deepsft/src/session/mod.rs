@@ -22,6 +22,7 @@
 //! | a target is found | three frames in a row confirm its mesh, or one from 0.8 on | `presence.rs` |
 //! | a target is lost | no frame has confirmed its mesh for 0.4 s, or the video starts afresh | `presence.rs` |
 //! | a target gives way | in one place of a frame the image confirms more of another target: its sighting does not count, its track ends | `TargetFinder::tell_apart`, `Session::settle` |
+//! | a sighting is for a copy | of a print that is looked for more than once: for the followed one near it, else for one that is missing | `Session::add_copy` |
 //! | finders confirm a followed target | after 2 s by the caller's clock; at once below 0.6; with a network whenever nothing is missing | `search_plan.rs` |
 
 mod exchange;

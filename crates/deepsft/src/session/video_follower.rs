@@ -62,6 +62,8 @@ pub struct FrameTimes {
 pub struct TrackedFrame {
     /// The target in it.
     pub followed: Followed,
+    /// Its other copies, where finders look for some ([`TargetFinder::look_for_copies`]).
+    pub copies: Vec<Followed>,
     /// The camera of the image in which it was followed: the canonical one, zoomed out while the mesh is too near for that.
     pub view: Camera,
     /// The detection that arrived with the frame, if one did.
@@ -70,7 +72,7 @@ pub struct TrackedFrame {
     pub times: FrameTimes,
 }
 
-/// Follows one target through one video and answers the session's questions in place: give it every frame in order.
+/// Follows one target, or as many copies of it as its finder looks for, through one video and answers the session's questions in place: give it every frame in order.
 ///
 /// The clock of the session is that of the video, so that the same video is always followed alike.
 pub struct VideoFollower<'a> {
@@ -93,7 +95,7 @@ impl std::fmt::Debug for VideoFollower<'_> {
     }
 }
 
-/// The one target of the session.
+/// The target of the session; its copies have the numbers after it.
 const TARGET: TargetId = 0;
 
 impl<'a> VideoFollower<'a> {
@@ -110,6 +112,9 @@ impl<'a> VideoFollower<'a> {
         let mut session = Session::new(options.session);
         let target = finder.target();
         session.add(TARGET, target.template(), target.training_camera(), finder.can_deny())?;
+        for copy in 1..finder.copies() {
+            session.add_copy(TARGET + copy, TARGET)?;
+        }
         Ok(Self {
             session,
             finder,
@@ -163,9 +168,10 @@ impl<'a> VideoFollower<'a> {
                 }
             }
         }
-        let followed = targets.pop().unwrap_or_default();
+        let mut targets = targets.into_iter();
         Ok(TrackedFrame {
-            followed,
+            followed: targets.next().unwrap_or_default(),
+            copies: targets.collect(),
             view: next.view,
             detection,
             times,

@@ -7,9 +7,10 @@ use super::search_plan::SearchPlan;
 use super::view_choice::ViewChoice;
 use crate::error::DeepSftError;
 use crate::finding::View;
+use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::tracking::TrackerImage;
 use deepsft_geometry::{CalibratedCamera, Camera, CanonicalViews, Evidence, Maps, Template, training_camera};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Follows targets through one video, without files, clocks and threads.
 ///
@@ -19,6 +20,8 @@ use std::collections::BTreeMap;
 pub struct Session {
     options: SessionOptions,
     targets: BTreeMap<TargetId, FollowedTarget>,
+    /// Of each further copy of a print the target whose copy it is.
+    copies: BTreeMap<TargetId, TargetId>,
     plan: SearchPlan,
     view: ViewChoice,
     focal: FocalSearch,
@@ -76,10 +79,35 @@ impl Session {
         Ok(())
     }
 
-    /// Follows a target no longer.
+    /// Follows one more copy of the print of the target `of`, as a target of its own. Questions name `of` alone: its finders should see as
+    /// many copies ([`TargetFinder::look_for_copies`](crate::TargetFinder::look_for_copies)). Of what they see, each copy that is followed is
+    /// confirmed by what lies near it, and the rest starts those that are not.
+    ///
+    /// # Errors
+    /// As [`Session::add`]. Nothing is added where `of` is not followed.
+    pub fn add_copy(&mut self, id: TargetId, of: TargetId) -> Result<(), DeepSftError> {
+        if let Some(target) = self.targets.get(&of) {
+            let (copy, can_deny) = (target.copy(&self.options)?, target.can_deny);
+            self.targets.insert(id, copy);
+            self.copies.insert(id, of);
+            self.plan.add(id, can_deny);
+        }
+        Ok(())
+    }
+
+    /// Follows a target and its copies no longer, or one copy.
     pub fn remove(&mut self, id: TargetId) {
-        self.targets.remove(&id);
-        self.plan.remove(id);
+        for id in self.copies_of(id) {
+            self.targets.remove(&id);
+            self.copies.remove(&id);
+            self.plan.remove(id);
+        }
+    }
+
+    /// A target and the copies of it.
+    fn copies_of(&self, id: TargetId) -> Vec<TargetId> {
+        let copies = self.copies.iter().filter(|(_, of)| **of == id);
+        [id].into_iter().chain(copies.map(|(copy, _)| *copy)).collect()
     }
 
     /// What the next frame is for, if `source` takes it and the caller's clock says `now_s`.
@@ -94,9 +122,14 @@ impl Session {
             Some(_) => Vec::new(),
         };
         let meshes = self.targets.values().filter_map(FollowedTarget::tracked_vertices);
-        let question = (!targets.is_empty()).then(|| Question {
-            only_confirms: self.plan.only_confirms(&targets),
-            targets,
+        let question = (!targets.is_empty()).then(|| {
+            let only_confirms = self.plan.only_confirms(&targets);
+            let mut named = BTreeSet::new();
+            let originals = targets.iter().map(|id| *self.copies.get(id).unwrap_or(id));
+            Question {
+                targets: originals.filter(|id| named.insert(*id)).collect(),
+                only_confirms,
+            }
         });
         // The frames between a question and its answer must be among those that the trackers remember.
         let answerable_s = match self.plan.misses_some() {
@@ -146,7 +179,9 @@ impl Session {
         self.number += 1;
         let searched = self.asked.as_ref().filter(|asked| asked.frame == number);
         if let Some(Asked { at_s, question, .. }) = searched {
-            self.plan.asked(&question.targets, *at_s);
+            let asked = question.targets.iter().flat_map(|id| self.copies_of(*id));
+            let asked: Vec<_> = asked.collect();
+            self.plan.asked(&asked, *at_s);
         }
         let follows_some = self.plan.follows_some();
         self.view.take(&source.camera, view, follows_some, searched.is_some());
@@ -215,22 +250,51 @@ impl Session {
         self.took_s = took_s;
         let newest_s = self.last.map_or(0.0, |(time_s, _)| time_s);
         let mut effects = Vec::new();
-        for Answer { target: id, starts } in answers {
-            let Some(target) = self.targets.get_mut(id) else {
-                continue;
-            };
-            let (update, start) = target.answer(asked.frame, starts, newest_s)?;
-            self.plan.tracked(*id, target.correlation());
-            effects.push(Effect {
-                target: *id,
-                of_frame: asked.frame,
-                update,
-                start,
-            });
+        for Answer { target, starts } in answers {
+            for (id, own) in self.shared_out(asked.frame, *target, starts) {
+                let Some(target) = self.targets.get_mut(&id) else {
+                    continue;
+                };
+                let (update, start) = target.answer(asked.frame, (&own, starts), newest_s)?;
+                self.plan.tracked(id, target.correlation());
+                effects.push(Effect {
+                    target: id,
+                    of_frame: asked.frame,
+                    update,
+                    start,
+                });
+            }
         }
         self.settle();
         self.plan.took(&asked.question, now_s, took_s, since_missed_s);
         Ok(effects)
+    }
+
+    /// Which of the `starts` in `frame` are for which copy of a target: for one that is followed those near it, for another those in a place where
+    /// none is followed. All are for a target without copies.
+    fn shared_out(&self, frame: u64, of: TargetId, starts: &[Vec<DVec3>]) -> Vec<(TargetId, Vec<usize>)> {
+        let group = self.copies_of(of);
+        let (1.., Some(first)) = (group.len() - 1, self.targets.get(&of)) else {
+            return vec![(of, (0..starts.len()).collect())];
+        };
+        let place = |id: &TargetId| self.targets.get(id)?.tracker.vertices_in(frame);
+        let (followed, missing): (Vec<_>, Vec<_>) = group.into_iter().partition(|id| place(id).is_some());
+        let mut shares: Vec<(TargetId, Vec<usize>)> = followed.into_iter().map(|id| (id, Vec::new())).collect();
+        let mut missing = missing.into_iter();
+        for (k, start) in starts.iter().enumerate() {
+            let lies_there = |(id, own): &&mut (TargetId, Vec<usize>)| {
+                let there = place(id).or_else(|| Some(&starts[*own.first()?][..]));
+                there.is_some_and(|there| first.are_one([there, start]))
+            };
+            if let Some((_, own)) = shares.iter_mut().find(lies_there) {
+                own.push(k);
+            } else if let Some(id) = missing.next() {
+                shares.push((id, vec![k]));
+            }
+        }
+        // That a copy was not among those that were seen says little.
+        shares.retain(|(_, own)| !own.is_empty());
+        shares
     }
 
     /// Ends the tracks that lie in one place of the newest frame with another of which the image confirms more.

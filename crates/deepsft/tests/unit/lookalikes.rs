@@ -2,11 +2,12 @@
 
 use crate::finding::print;
 use crate::near::{bent, photograph};
-use deepsft::session::{Answer, Effect, FollowedFrame, Session, SessionOptions};
+use deepsft::session::{Answer, Effect, Followed, FollowedFrame, Session, SessionOptions, VideoFollower, VideoOptions};
 use deepsft::{Target, TargetFinder, View};
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::tracking::TrackUpdate;
 use deepsft_geometry::{Camera, Picture, Template, training_camera};
+use std::collections::BTreeSet;
 
 /// A card of a series: the frame of all of them around a picture of its own.
 fn card(number: usize) -> Template {
@@ -214,4 +215,101 @@ fn of_two_copies_of_a_print_the_followed_one_is_kept_though_the_other_is_seen_be
         assert!(is_first, "{effects:?}");
     }
     assert!(asked > 0);
+}
+
+fn middle(vertices: &[DVec3]) -> DVec3 {
+    vertices.iter().sum::<DVec3>() / vertices.len() as f64
+}
+
+#[test]
+fn up_to_as_many_copies_as_are_asked_for_are_followed_each_in_its_own_place() {
+    let template = Template::thin_shell(print(), 297.0, 210.0).unwrap();
+    let (picture, places) = two_copies(&template);
+    let mut video = Video::new(std::slice::from_ref(&template));
+    video.session.add_copy(7, 0).unwrap();
+    let mut look = |picture: &Picture, starts: &[usize]| {
+        let (camera, now_s) = (training_camera(), f64::from(video.frame) / 30.0);
+        video.frame += 1;
+        let next = video.session.next(&camera, now_s);
+        // One question about all copies of a print.
+        let asked = next.question.map(|question| {
+            assert_eq!(question.targets, [0]);
+            video.session.ask(question, now_s);
+        });
+        let mut view = View::new(picture, &camera);
+        video
+            .session
+            .frame(now_s, &camera.into(), &next.view, &mut view)
+            .unwrap();
+        let starts = starts.iter().map(|k| places[*k].clone()).collect();
+        let answer = Answer { target: 0, starts };
+        let effects = video.session.answer(&[answer], now_s, 0.03, f64::INFINITY).unwrap();
+        let sides = video.session.followed();
+        let side = |followed: &Followed| {
+            followed
+                .surface
+                .as_ref()
+                .map(|surface| middle(&surface.vertices_camera).x > 0.0)
+        };
+        (sides.iter().map(side).collect::<Vec<_>>(), effects, asked.is_some())
+    };
+    // The first copy is seen twice, by two finders; then both, the other first.
+    let (sides, effects, _) = look(&picture, &[0, 0]);
+    assert_eq!((sides, effects.len()), (vec![Some(false), None], 1));
+    let (sides, effects, _) = look(&picture, &[1, 0]);
+    assert_eq!(sides, [Some(false), Some(true)], "{effects:?}");
+    // After two seconds the finders are asked to confirm them: they see both, or one.
+    let mut asked = 0;
+    for frame in 0..140 {
+        let (sides, _, was_asked) = look(&picture, [&[1, 0][..], &[1]][frame % 2]);
+        assert_eq!(sides, [Some(false), Some(true)], "frame {frame}");
+        asked += usize::from(was_asked);
+    }
+    assert!(asked > 1);
+    // The first is covered: lost, and found again where it was, while the other is followed.
+    let covered = Picture::from_fn(480, 270, |x, y| match x < 240 {
+        true => [((x * 7919 + y * 104_729) % 251) as u8; 3],
+        false => picture.pixel(x, y),
+    });
+    let gone = (0..30).map(|_| look(&covered, &[1]).0).last();
+    assert_eq!(gone, Some(vec![None, Some(true)]));
+    let (sides, ..) = look(&picture, &[1, 0]);
+    assert_eq!(sides, [Some(false), Some(true)]);
+    video.session.remove(0);
+    assert!(video.session.followed().is_empty());
+}
+
+#[test]
+fn a_finder_sees_as_many_copies_in_an_image_as_it_is_asked_for() {
+    let template = Template::thin_shell(print(), 297.0, 210.0).unwrap();
+    let camera = training_camera().resized((960, 540)).unwrap();
+    let (_, places) = two_copies(&template);
+    let seen = places.each_ref().map(|place| photograph(&template, place, &camera));
+    let picture = Picture::from_fn(960, 540, |x, y| seen[usize::from(x >= 480)].pixel(x, y));
+    let mut finder = finder(&template);
+    for copies in [1, 2, 5] {
+        finder.look_for_copies(copies);
+        let canonical = finder.target().canonical_camera(camera.size());
+        let mut view = View::new(&picture, &camera);
+        let (sightings, _) = pollster::block_on(finder.find(&mut view, &canonical)).unwrap();
+        let sides: BTreeSet<bool> = sightings
+            .iter()
+            .map(|sighting| middle(&sighting.vertices_camera).x > 0.0)
+            .collect();
+        let expected = copies.min(2) as usize;
+        assert_eq!((sightings.len(), sides.len()), (expected, expected), "{copies} copies");
+    }
+    finder.look_for_copies(2);
+    let mut follower = VideoFollower::new(
+        &mut finder,
+        VideoOptions {
+            delay: 0,
+            ..VideoOptions::default()
+        },
+        || 0.0,
+    )
+    .unwrap();
+    let mut view = View::new(&picture, &camera);
+    let frame = pollster::block_on(follower.follow(0.0, &mut view)).unwrap();
+    assert!(frame.followed.found && frame.copies.len() == 1 && frame.copies[0].found);
 }

@@ -132,6 +132,17 @@ impl Tracker {
         Ok(&self.current)
     }
 
+    /// The vertices of the track's mesh in a frame that is remembered; `None` where it was not there, and without a track.
+    pub fn vertices_in(&self, frame: u64) -> Option<&[DVec3]> {
+        self.current.surface.as_ref()?;
+        let index = self
+            .frames
+            .binary_search_by_key(&frame, |remembered| remembered.frame)
+            .ok()?;
+        let mesh = self.frames[index].mesh.as_ref()?;
+        Some(&mesh.vertices)
+    }
+
     /// Takes a finder's mesh in an earlier frame or in the newest: `vertices` of the template, camera frame, mm. `None` when the finder
     /// does not see the object there.
     ///
