@@ -29,6 +29,78 @@ pub struct FlatPrint {
     pub confidence: Vec<f32>,
 }
 
+/// Flat prints of a video that are kept at most: a few seconds apart they show the print in light and bends of its own.
+const MAX_PRINTS: usize = 32;
+
+/// The print that most frames of a video show: reflections and hands that move go.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FlatMedian {
+    /// Of every [`FlatMedian::every`]th frame.
+    prints: Vec<FlatPrint>,
+    frames: usize,
+    doubled: u32,
+}
+
+impl FlatMedian {
+    /// One frame of so many is kept: all of a short video, later fewer, spread over all of it.
+    fn every(&self) -> usize {
+        1 << self.doubled
+    }
+
+    /// Takes the next frame. `flatten` is called for those that are kept; they must be flat prints of one size.
+    ///
+    /// # Errors
+    /// Those of `flatten`, [`GeometryError::MapSize`] for a print of another size than those before.
+    pub fn add(&mut self, flatten: impl FnOnce() -> Result<FlatPrint, GeometryError>) -> Result<(), GeometryError> {
+        let frame = self.frames;
+        self.frames += 1;
+        if !frame.is_multiple_of(self.every()) {
+            return Ok(());
+        }
+        let print = flatten()?;
+        if let Some(first) = self.prints.first() {
+            check_size(print.picture.size(), first.picture.size())?;
+        }
+        self.prints.push(print);
+        if self.prints.len() > MAX_PRINTS {
+            let mut is_kept = [true, false].into_iter().cycle();
+            self.prints.retain(|_| is_kept.next() == Some(true));
+            self.doubled += 1;
+        }
+        Ok(())
+    }
+
+    /// The median of the frames, each channel by itself and each frame counted by its confidence, and the mean of their confidences; `None`
+    /// without a frame.
+    pub fn median(&self) -> Option<FlatPrint> {
+        let size = self.prints.first()?.picture.size();
+        let mut rgb = UNSEEN.repeat(size.area());
+        let mut seen: Vec<([u8; 3], f32)> = Vec::with_capacity(self.prints.len());
+        let mut confidence = Vec::with_capacity(size.area());
+        for place in 0..size.area() {
+            let (column, row) = (place % size.width, place / size.width);
+            seen.clear();
+            let shown = self.prints.iter().filter(|print| print.confidence[place] > 0.0);
+            seen.extend(shown.map(|print| (print.picture.pixel(column, row), print.confidence[place])));
+            let whole: f32 = seen.iter().map(|(_, weight)| weight).sum();
+            for channel in 0..3 {
+                seen.sort_unstable_by_key(|(color, _)| color[channel]);
+                let mut below = 0.0;
+                let middle = seen.iter().find(|(_, weight)| {
+                    below += weight;
+                    2.0 * below >= whole
+                });
+                if let Some((color, _)) = middle {
+                    rgb[3 * place + channel] = color[channel];
+                }
+            }
+            confidence.push(whole / self.prints.len() as f32);
+        }
+        let picture = Picture::new(size.width, size.height, rgb).ok()?;
+        Some(FlatPrint { picture, confidence })
+    }
+}
+
 impl Surface {
     /// Lays the print of `template` flat as `image` shows it, `width` pixels wide, in the proportions of its texture: the inverse of drawing
     /// the surface, each pixel looked up in the image where the surface has it. `camera` took the image and looks as the surface's own does.

@@ -50,7 +50,7 @@ pub use completion::{
 pub use error::{GeometryError, check_size};
 pub use evidence::Evidence;
 pub use fitting::tracking;
-pub use flat_print::FlatPrint;
+pub use flat_print::{FlatMedian, FlatPrint};
 pub use glam;
 pub use image::{GreyMipmap, ImageSize, MipLevel, Picture, Region, luma, turned_clockwise};
 pub use maps::{

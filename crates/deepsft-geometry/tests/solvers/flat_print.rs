@@ -4,7 +4,7 @@ use crate::sheet::{bent, folded, template};
 use deepsft_geometry::glam::{DVec2, DVec3};
 use deepsft_geometry::raster::VisibleSurface;
 use deepsft_geometry::{
-    Camera, FlatPrint, GeometryError, Maps, MipLevel, Picture, Surface, Template, Verdict, training_camera,
+    Camera, FlatMedian, FlatPrint, GeometryError, Maps, MipLevel, Picture, Surface, Template, Verdict, training_camera,
 };
 use std::iter::successors;
 
@@ -181,4 +181,59 @@ fn what_does_not_fit_together_is_an_error() {
         of(&vertices, &whole, 0),
         GeometryError::CameraParameter { .. }
     ));
+}
+
+#[test]
+fn the_median_of_a_video_is_the_print_without_the_hand_and_the_highlight_that_move() {
+    let template = template();
+    let (mut median, mut middle, mut flattened_frames) = (FlatMedian::default(), None, 0);
+    // More frames than are kept. The hand hides a fifth of the image, the highlight lies elsewhere.
+    for frame in 0..45_usize {
+        let vertices = bent(&template, 0.2 + 0.003 * frame as f64);
+        let (seen, _) = photograph(&template, &vertices);
+        let at = 1440.0 * (0.1 + 0.8 * frame as f64 / 44.0);
+        let image = Picture::from_fn(seen.width(), seen.height(), |x, y| {
+            let (x_px, y_px) = (x as f64, y as f64);
+            match (
+                (x_px - at).abs() < 144.0,
+                (1440.0 - x_px - at).hypot(y_px - 400.0) < 90.0,
+            ) {
+                (true, _) => [200, 150, 120],
+                (_, true) => [255; 3],
+                _ => seen.pixel(x, y),
+            }
+        });
+        let flatten = || surface(vertices.clone()).flatten(&template, (&image, &camera()), 150);
+        median
+            .add(|| {
+                flattened_frames += 1;
+                let flat = flatten()?;
+                if frame == 22 {
+                    middle = Some(flat.clone());
+                }
+                Ok(flat)
+            })
+            .unwrap();
+    }
+    assert!((33..45).contains(&flattened_frames), "{flattened_frames}");
+    let (flat, middle) = (median.median().unwrap(), middle.unwrap());
+    let [whole, one] = [&flat, &middle].map(|flat| difference(&template, flat));
+    assert!(whole < 5.0 && one > 1.5 * whole, "{whole}, of one frame {one}");
+    let least = flat.confidence.iter().copied().fold(f32::INFINITY, f32::min);
+    assert!(
+        least > 0.5 && flat.confidence.iter().all(|confidence| *confidence <= 1.0),
+        "{least}"
+    );
+    assert_eq!(FlatMedian::default().median(), None);
+    let other = surface(bent(&template, 0.3)).flatten(
+        &template,
+        (&photograph(&template, &bent(&template, 0.3)).0, &camera()),
+        80,
+    );
+    // The next frame that is kept.
+    let refused = (0..4).map(|_| median.add(|| other.clone())).find(Result::is_err);
+    assert!(
+        matches!(refused, Some(Err(GeometryError::MapSize { .. }))),
+        "{refused:?}"
+    );
 }
