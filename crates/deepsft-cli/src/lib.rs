@@ -11,6 +11,7 @@ mod printing;
 mod camera_choice;
 mod commands;
 mod failure;
+mod ffmpeg;
 mod input;
 mod interruption;
 mod mesh_choice;

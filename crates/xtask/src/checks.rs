@@ -66,10 +66,11 @@ pub fn run(root: &Path, mode: Mode) -> Result<()> {
     let is_page_built = thread::scope(|scope| {
         // They are downloaded while others compute.
         scope.spawn(|| {
-            check("browsers", &|| {
+            check("browsers and ffmpeg", &|| {
                 let others: &[tools::Program] = if LINUX { &tools::OTHER_ENGINES } else { &[] };
                 let mut programs = others.iter().chain([&tools::CHROMIUM]);
-                programs.try_for_each(|program| program.find().map(drop)).map(passed)
+                programs.try_for_each(|program| program.find().map(drop))?;
+                tools::ensure_ffmpeg().map(passed)
             });
         });
         scope.spawn(|| {

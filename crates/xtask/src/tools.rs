@@ -124,6 +124,18 @@ pub fn ensure_node_packages(root: &Path) -> Result<()> {
     run(npm(root).args(["ci", "--no-fund", "--no-audit"]))
 }
 
+/// Sees to it that ffmpeg is on the PATH, where the command line looks for it.
+///
+/// # Errors
+/// When it cannot be installed; the message says what to do.
+pub fn ensure_ffmpeg() -> Result<()> {
+    if on_path("ffmpeg").is_none() {
+        install_with_apt(&["ffmpeg"]);
+    }
+    on_path("ffmpeg").context("no ffmpeg, which the checks need. Install it (Debian: apt-get install ffmpeg)")?;
+    Ok(())
+}
+
 /// Sees to it that the compiler of the workspace in `root` builds for `target`: rustup adds what that takes, where it is there.
 ///
 /// # Errors

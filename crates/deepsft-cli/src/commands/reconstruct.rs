@@ -4,6 +4,7 @@ use crate::camera_choice::{self, CameraReport, camera_of, origin};
 use crate::failure::{self, usage};
 use crate::mesh_choice::MeshChoice;
 use crate::object_choice::{ChosenTarget, DescriptorChoice, LookalikeChoice, ObjectChoice};
+use crate::output::flat::flat_files;
 use crate::output::{panels, sheet};
 use crate::{input, progress};
 use anyhow::{Context, Result};
@@ -266,10 +267,7 @@ impl Object {
         let mut files = self.files(&estimate, whole.as_ref())?;
         if let (Some(width), Some(surface)) = (self.flat_width, surface) {
             let flat = surface.flatten(template, (&image, &camera), width)?;
-            let confidence = |x: usize, y: usize| [(255.0 * flat.confidence[y * width + x]).round() as u8; 3];
-            let confidence = Picture::from_fn(width, flat.picture.height(), confidence);
-            files.insert("flat.png".to_owned(), encode_png(&flat.picture)?);
-            files.insert("flat-confidence.png".to_owned(), encode_png(&confidence)?);
+            files.extend(flat_files(&flat)?);
         }
         files.insert(REPORT_FILE.to_owned(), serde_json::to_vec_pretty(&report)?);
         results.filled(&files)?.commit()?;

@@ -7,8 +7,9 @@ use crate::camera_choice::{self, CameraReport, camera_of};
 use crate::failure::{self, BlameInput};
 use crate::numbers::positive;
 use crate::object_choice::{ChosenTarget, DescriptorChoice, LookalikeChoice, ObjectChoice};
+use crate::output::flat::flat_files;
 use crate::output::wireframe;
-use crate::video::Video;
+use crate::video::{Video, VideoFrame};
 use crate::{interruption, progress};
 use anyhow::{Result, anyhow};
 use clap::Args;
@@ -17,10 +18,10 @@ use deepsft::{DeviceKind, View, encode_png};
 use deepsft_formats::FormatError;
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::tracking::OneEuroOptions;
-use deepsft_geometry::{CalibratedCamera, Camera, Picture, Template};
+use deepsft_geometry::{CalibratedCamera, Camera, FlatMedian, Picture, Template};
 use deepsft_synth::{CAMERA_FILE, ClipFolder, Sample};
 use deepsft_train::tracking_errors::{self, TRACKED_PX};
-use report::{Errors, FrameReport, FrameTruth, MeanMedian, Report, StageTimes, medians};
+use report::{CopyReport, Errors, FrameReport, FrameTruth, MeanMedian, Report, StageTimes, medians};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use track_folder::{TRACK_FOLDER, TrackFolder};
@@ -40,12 +41,16 @@ The command writes
   DIR/track.json     for every frame: found or not, held or not, correlation of image and template (0 to 1), solver
                      iterations, the finder's detection, milliseconds per stage; the cameras; medians
   DIR/track.csv      the same as a table
-  DIR/vertices.npy   f32 [frames, vertices, 3]: the mesh, mm, camera frame; NaN where the object was not found
+  DIR/vertices.npy   f32 [frames, vertices, 3]: the mesh, mm, camera frame; NaN where the object was not found. With --copies
+                     f32 [frames, copies, vertices, 3]; track.json then has the further ones as \"copies\" of each frame
   DIR/pictures/      with --pictures: every frame with the mesh drawn over it, green where the image confirms it
   DIR/meshes/        with --meshes: every mesh as a textured .glb file (metres, y up)
+  DIR/flat.png       with --flat: the print as most frames show it, laid flat, without hands and reflections that move
+  DIR/flat-confidence.png  how much the frames show of each of its pixels, 255 for all that there is to see in all of them
 
 VIDEO is a folder of PNG or JPEG frames, taken in natural order (frame-2 before frame-10), a .y4m file, or any file that
-the program ffmpeg reads (it must be on the PATH). The command takes the camera.json in the folder if you give no
+the program ffmpeg reads (it must be on the PATH). Frames have the times of the video's file, also where their rate varies;
+what a phone records in HDR is reduced to the ordinary range. The command takes the camera.json in the folder if you give no
 --camera, else it assumes a typical phone. Depths are then wrong by the same fraction as the focal length.
 --write-camera finds the camera out: no other focal length than the true one explains how the sheet looks while it moves
 and bends. Then track again with that file as --camera. Frontal views of a flat sheet say nothing.
@@ -82,7 +87,7 @@ pub struct TrackArguments {
     /// Find the camera from the sheet as it moves and bends, and write it to this file
     #[arg(long, value_name = "FILE")]
     write_camera: Option<PathBuf>,
-    /// Frames per second [default: what the video says, 30 for a folder of images]
+    /// Frames per second [default: each at the time that the video's file says, 30 for a folder of images]
     #[arg(long, value_name = "RATE", value_parser = positive)]
     fps: Option<f64>,
     /// A detection arrives K frames after its frame; then the finder starts on the newest one [default: 4]
@@ -94,12 +99,18 @@ pub struct TrackArguments {
     /// Smooth the mesh over time (One-Euro filter): steadier when still, a little late when moving
     #[arg(long)]
     smooth: bool,
+    /// Follow up to N copies of the print that are in view together
+    #[arg(long, value_name = "N", default_value_t = 1, conflicts_with_all = ["meshes", "flat"], value_parser = clap::value_parser!(u32).range(1..=16))]
+    copies: u32,
     /// Draw the mesh over every frame
     #[arg(long)]
     pictures: bool,
     /// Write every mesh as a .glb file, with its texture
     #[arg(long)]
     meshes: bool,
+    /// Lay the print flat too as most frames show it, so many pixels wide: flat.png
+    #[arg(long, value_name = "PX", conflicts_with = "smooth", value_parser = clap::value_parser!(u16).range(16..=8192))]
+    flat: Option<u16>,
     /// Folder to write; an older track there is replaced
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
@@ -146,10 +157,11 @@ pub fn run(arguments: &TrackArguments) -> Result<()> {
     }
     let mut finder = arguments.descriptors.finder(target)?;
     let _lookalikes = arguments.lookalikes.tell_apart(&arguments.object, &mut finder)?;
+    finder.look_for_copies(arguments.copies);
     let first = decode(&mut video)?
         .ok_or_else(|| anyhow!("it has no frame"))
         .blame("video", &arguments.video)?;
-    let (camera, source) = camera(arguments, &first.0)?;
+    let (camera, source) = camera(arguments, &first.0.picture, video.quarters)?;
     let canonical_camera = finder.target().canonical_camera(camera.size());
     let options = arguments.options();
     let delay = arguments.find_every.is_none().then_some(options.delay);
@@ -158,7 +170,6 @@ pub fn run(arguments: &TrackArguments) -> Result<()> {
         template,
         canonical_camera,
         camera,
-        frames_per_s: video.frames_per_s,
         tracker: VideoFollower::new(&mut finder, options, || milliseconds(began))?,
         truth: match &clip {
             Some(clip) => Some(Box::new(clip.truth()?)),
@@ -166,15 +177,20 @@ pub fn run(arguments: &TrackArguments) -> Result<()> {
         },
         texture_png: arguments.meshes.then(|| encode_png(template.texture())).transpose()?,
         pictures: arguments.pictures,
-        folder: TrackFolder::new(&arguments.out, template.mesh().vertices().len())?,
+        flat: arguments.flat.map(|width| (width.into(), FlatMedian::default())),
+        folder: TrackFolder::new(
+            &arguments.out,
+            arguments.copies as usize,
+            template.mesh().vertices().len(),
+        )?,
         frames: Vec::new(),
     };
     interruption::watch()?;
     let bar = progress::counting(video.count.unwrap_or(0), "frames");
     let follow = || -> Result<()> {
         let mut next = Some(first);
-        while let Some((image, decode_ms)) = next {
-            track.frame(&image, decode_ms)?;
+        while let Some((frame, decode_ms)) = next {
+            track.frame(&frame, decode_ms)?;
             bar.inc(1);
             interruption::check()?;
             next = decode(&mut video)?;
@@ -207,7 +223,20 @@ pub fn run(arguments: &TrackArguments) -> Result<()> {
         per_frame: frames,
         deepsft_version: env!("CARGO_PKG_VERSION"),
     };
-    let committed = track.folder.commit(&report);
+    let laid_flat = || -> Result<()> {
+        let flat = track.flat.as_ref().and_then(|(_, prints)| prints.median());
+        for (name, bytes) in flat
+            .iter()
+            .map(flat_files)
+            .collect::<Result<Vec<_>>>()?
+            .into_iter()
+            .flatten()
+        {
+            track.folder.write_whole(&name, &bytes)?;
+        }
+        Ok(())
+    };
+    let committed = laid_flat().and_then(|()| track.folder.commit(&report));
     let Some(failure) = failure else {
         print(&report, &committed?);
         if let Some(path) = &arguments.write_camera {
@@ -233,7 +262,7 @@ pub fn run(arguments: &TrackArguments) -> Result<()> {
 }
 
 /// The next frame of a video and the milliseconds that it took to decode; `None` at its end.
-fn decode(video: &mut Video) -> Result<Option<(Picture, f64)>> {
+fn decode(video: &mut Video) -> Result<Option<(VideoFrame, f64)>> {
     let start = Instant::now();
     let frame = video.frames.next().transpose()?;
     Ok(frame.map(|frame| (frame, milliseconds(start))))
@@ -264,14 +293,14 @@ fn write_camera(path: &Path, found: Option<CalibratedCamera>, assumed: &Camera) 
 }
 
 /// The camera of the video: the one given, the one that lies in its folder, or a typical one.
-fn camera(arguments: &TrackArguments, first: &Picture) -> Result<(Camera, &'static str)> {
+fn camera(arguments: &TrackArguments, first: &Picture, quarters: usize) -> Result<(Camera, &'static str)> {
     let beside = arguments.video.join(CAMERA_FILE);
     let path = arguments
         .camera
         .as_ref()
         .or(Some(&beside).filter(|path| path.is_file()));
     let camera = path.map(|path| camera_choice::read(path)).transpose()?;
-    camera_of(first, 0, camera.as_ref().zip(path.map(PathBuf::as_path)), None)
+    camera_of(first, quarters, camera.as_ref().zip(path.map(PathBuf::as_path)), None)
 }
 
 fn check_template(clip: &ClipFolder, template: &Template) -> Result<()> {
@@ -292,29 +321,32 @@ struct Track<'a> {
     template: &'a Template,
     canonical_camera: Camera,
     camera: Camera,
-    frames_per_s: f64,
     tracker: VideoFollower<'a>,
     truth: Option<Box<dyn Iterator<Item = Result<Sample, FormatError>>>>,
     /// The texture of the meshes, if they are to be written.
     texture_png: Option<Vec<u8>>,
     pictures: bool,
+    /// The width of the flat print and what frames show of it, if it is asked for.
+    flat: Option<(usize, FlatMedian)>,
     folder: TrackFolder,
     frames: Vec<FrameReport>,
 }
 
 impl Track<'_> {
-    fn frame(&mut self, image: &Picture, decode_ms: f64) -> Result<()> {
+    fn frame(&mut self, frame: &VideoFrame, decode_ms: f64) -> Result<()> {
         let number = self.frames.len();
-        let time_s = number as f64 / self.frames_per_s;
+        let VideoFrame { picture: image, time_s } = frame;
         let mut view = View::new(image, &self.camera);
         let TrackedFrame {
             followed,
+            copies,
             view: seen_by,
             detection,
             times,
             ..
-        } = pollster::block_on(self.tracker.follow(time_s, &mut view))?;
+        } = pollster::block_on(self.tracker.follow(*time_s, &mut view))?;
         let surface = followed.surface.as_ref();
+        let surfaces = || [&followed].into_iter().chain(&copies).map(|copy| copy.surface.as_ref());
         let vertices = surface.map_or(&[][..], |surface| &surface.vertices_camera);
         let truth = match &mut self.truth {
             // A clip may have been given more frames by hand: they have no truth.
@@ -325,8 +357,11 @@ impl Track<'_> {
             None => None,
         };
         if self.pictures {
-            let confidence = surface.map_or(&[][..], |surface| &surface.confidence);
-            let drawn = wireframe::wireframe(image, &self.camera, self.template, vertices, confidence);
+            let mut drawn = image.clone();
+            for surface in surfaces().flatten() {
+                let (vertices, confidence) = (&surface.vertices_camera, &surface.confidence);
+                drawn = wireframe::wireframe(&drawn, &self.camera, self.template, vertices, confidence);
+            }
             self.folder.write("pictures", number, "png", &encode_png(&drawn)?)?;
         }
         if let (Some(texture), Some(surface)) = (&self.texture_png, surface) {
@@ -338,9 +373,12 @@ impl Track<'_> {
                 &deepsft_formats::mesh_to_glb(&mesh, texture, &[]),
             )?;
         }
+        if let (Some((width, prints)), Some(surface)) = (&mut self.flat, surface.filter(|_| !followed.held)) {
+            prints.add(|| surface.flatten(self.template, (image, &self.camera), *width))?;
+        }
         let report = FrameReport {
             frame: number,
-            time_s,
+            time_s: *time_s,
             found: followed.found,
             held: followed.held,
             correlation: followed.correlation,
@@ -348,8 +386,17 @@ impl Track<'_> {
             detection,
             ms: StageTimes::new(decode_ms, &times),
             truth,
+            copies: copies
+                .iter()
+                .map(|copy| CopyReport {
+                    found: copy.found,
+                    held: copy.held,
+                    correlation: copy.correlation,
+                })
+                .collect(),
         };
-        self.folder.add(&report, surface.map(|_| vertices))?;
+        let found = surfaces().map(|surface| surface.map(|surface| &surface.vertices_camera[..]));
+        self.folder.add(&report, found)?;
         self.frames.push(report);
         Ok(())
     }

@@ -3,6 +3,7 @@
 pub mod canvas;
 pub mod color_map;
 pub mod curve_plot;
+pub mod flat;
 pub mod lettering;
 pub mod panels;
 pub mod sheet;

@@ -12,6 +12,27 @@ fn picture(path: &Path) -> Picture {
     decode_picture(&fs::read(path).unwrap()).unwrap()
 }
 
+/// Correlation of a flat print with the picture, and the pixels that are compared: those of some confidence.
+fn likeness(flat: &Picture, confidence: &Picture, path: &Path) -> (f64, f64) {
+    let texture = picture(path);
+    let (width, height) = (flat.width(), flat.height());
+    let scale = texture.width() as f64 / width as f64;
+    let (mut sums, mut count) = ([0.0; 5], 0.0);
+    for place in 0..width * height {
+        let (x, y) = (place % width, place / width);
+        if confidence.pixel(x, y)[0] > 0 {
+            let drawn = texture.sample((x as f64 + 0.5) * scale, (y as f64 + 0.5) * scale)[1];
+            let (a, b) = (f64::from(flat.pixel(x, y)[1]), f64::from(drawn));
+            for (sum, value) in sums.iter_mut().zip([a, b, a * a, b * b, a * b]) {
+                *sum += value;
+            }
+            count += 1.0;
+        }
+    }
+    let [a, b, aa, bb, ab] = sums.map(|sum| sum / count);
+    ((ab - a * b) / ((aa - a * a) * (bb - b * b)).sqrt(), count)
+}
+
 #[test]
 fn a_photographed_print_is_laid_flat() {
     let folder = tempfile::tempdir().unwrap();
@@ -33,22 +54,7 @@ fn a_photographed_print_is_laid_flat() {
     let results = folder.path().join("results/frame-00000");
     let [flat, confidence] = ["flat.png", "flat-confidence.png"].map(|name| picture(&results.join(name)));
     assert_eq!((flat.size(), flat.size()), ((300, 212).into(), confidence.size()));
-    let texture = picture(Path::new(&path));
-    let scale = texture.width() as f64 / 300.0;
-    let (mut sums, mut count) = ([0.0; 5], 0.0);
-    for place in 0..300 * 212 {
-        let (x, y) = (place % 300, place / 300);
-        if confidence.pixel(x, y)[0] > 0 {
-            let drawn = texture.sample((x as f64 + 0.5) * scale, (y as f64 + 0.5) * scale)[1];
-            let (a, b) = (f64::from(flat.pixel(x, y)[1]), f64::from(drawn));
-            for (sum, value) in sums.iter_mut().zip([a, b, a * a, b * b, a * b]) {
-                *sum += value;
-            }
-            count += 1.0;
-        }
-    }
-    let [a, b, aa, bb, ab] = sums.map(|sum| sum / count);
-    let correlation = (ab - a * b) / ((aa - a * a) * (bb - b * b)).sqrt();
+    let (correlation, count) = likeness(&flat, &confidence, Path::new(&path));
     // The texture's pixels are compared one by one, and the photograph is coarser.
     assert!(
         correlation > 0.7 && count > 0.7 * 300.0 * 212.0,
@@ -61,4 +67,53 @@ fn a_photographed_print_is_laid_flat() {
     // Without it, what an earlier run has laid flat goes.
     deepsft(folder.path(), &[&arguments[..], &printed].concat()).succeeds();
     assert!(!results.join("flat.png").exists());
+}
+
+#[test]
+fn the_print_of_a_video_is_laid_flat_without_the_arm_that_passes_before_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../models/poster-a4/template/texture.png"
+    );
+    let printed = ["--picture", path, "--size-mm", "297x210"];
+    let event = "clip --frames 30 --event occlusion --seed 9000000 --scale 2 --out clip";
+    deepsft(
+        folder.path(),
+        &[&event.split(' ').collect::<Vec<_>>()[..], &printed].concat(),
+    )
+    .succeeds();
+    let laid_flat = |more: &[&str]| {
+        let arguments = ["track", "--find-every", "5", "--out", "track"];
+        deepsft(folder.path(), &[&arguments[..], &printed, more].concat())
+    };
+    laid_flat(&["--flat", "200", "clip"]).succeeds();
+    let track = folder.path().join("track");
+    let of = |folder: &Path| ["flat.png", "flat-confidence.png"].map(|name| picture(&folder.join(name)));
+    let [flat, confidence] = of(&track);
+    let (all, count) = likeness(&flat, &confidence, Path::new(path));
+    assert_eq!((flat.size(), confidence.size()), ((200, 141).into(), (200, 141).into()));
+    // One frame with the arm before it.
+    let camera = [
+        "reconstruct",
+        "--camera",
+        "clip/camera.json",
+        "--flat",
+        "200",
+        "--out",
+        "results",
+        "clip/frame-00015.png",
+    ];
+    deepsft(folder.path(), &[&camera[..], &printed].concat()).succeeds();
+    let [one, _] = of(&folder.path().join("results/frame-00015"));
+    let (one, _) = likeness(&one, &confidence, Path::new(path));
+    println!("{all} of {count}, one frame {one}");
+    assert!(
+        all > 0.7 && all > one + 0.1 && count > 0.95 * 200.0 * 141.0,
+        "{all} of {count}, one frame {one}"
+    );
+    // It is no longer there after a track without it, and a smoothed mesh trails behind the image.
+    laid_flat(&["clip"]).succeeds();
+    assert!(!track.join("flat.png").exists());
+    laid_flat(&["--flat", "200", "--smooth", "clip"]).fails(USAGE, &["--smooth"]);
 }

@@ -1,8 +1,10 @@
 //! Videos that the program ffmpeg decodes.
 
-use crate::common::{deepsft_with_path, write_bundle};
+use crate::common::{deepsft, deepsft_with_path, write_bundle};
 use crate::tracking::{FAILED, INVALID_INPUT, ended_early_in, json, write_stream};
 use std::fs;
+use std::process::Command;
+
 #[test]
 fn a_video_needs_ffmpeg_and_the_refusal_says_so() {
     let folder = tempfile::tempdir().unwrap();
@@ -37,28 +39,65 @@ fn what_ffmpeg_decodes_is_tracked_and_what_it_complains_about_is_told() {
     program("case \"$*\" in *file:video.mp4*) exec /bin/cat stream;; *) exit 9;; esac");
     deepsft_with_path(path, &path.join("bin"), &arguments).succeeds();
     assert_eq!(json(&path.join("track/track.json"))["frames"].as_u64(), Some(3));
-    program("/bin/cat stream; echo 'moov atom not found' >&2; exit 1");
-    deepsft_with_path(path, &path.join("bin"), &arguments)
-        .fails(INVALID_INPUT, &["video video.mp4", "ffmpeg: moov atom not found"]);
+    program("/bin/cat stream; echo '[mov @ 0x1] [error] moov atom not found' >&2; exit 1");
+    deepsft_with_path(path, &path.join("bin"), &arguments).fails(
+        INVALID_INPUT,
+        &["video video.mp4", "ffmpeg: [mov @ 0x1] moov atom not found"],
+    );
     // Of a video that was cut short it decodes what is there, complains, and ends as if all were well.
-    program("/bin/cat stream; echo 'Invalid NAL unit size' >&2; echo 'partial file' >&2; exit 0");
+    program("/bin/cat stream; echo '[error] Invalid NAL unit size' >&2; echo '[error] partial file' >&2; exit 0");
     deepsft_with_path(path, &path.join("bin"), &arguments).fails(
         INVALID_INPUT,
         &["video video.mp4", "ffmpeg: Invalid NAL unit size; partial file"],
     );
     ended_early_in(path, "track.partial", 3, &["Invalid NAL unit size"]);
-    // A complaint is harmless where all frames came that the file announces.
-    let complaining = "/bin/cat stream; echo 'EOI missing, emulating' >&2; echo frame=3 >&2; echo progress=end >&2";
-    program(complaining);
-    named("ffprobe", "case \"$*\" in *file:video.mp4*) echo 3;; *) exit 9;; esac");
+    // Who asks for a video of a high range is told what its ffmpeg lacks.
+    program("case \"$*\" in *-filters*) echo scale;; *zscale*) exit 9;; *) exec /bin/cat stream;; esac");
+    named(
+        "ffprobe",
+        "echo '{\"streams\":[{\"color_transfer\":\"arib-std-b67\"}]}'",
+    );
     let run = deepsft_with_path(path, &path.join("bin"), &arguments);
     let said = &run.succeeds().stderr;
     assert!(
-        said.contains("warning: video.mp4") && said.contains("all 3 frames") && said.contains("EOI missing"),
+        said.contains("warning: video.mp4") && said.contains("HLG") && said.contains("no filter zscale"),
         "{said}"
     );
-    named("ffprobe", "echo 4");
-    deepsft_with_path(path, &path.join("bin"), &arguments).fails(INVALID_INPUT, &["ffmpeg: EOI missing, emulating"]);
+    program("echo 'ffmpeg: no libavcodec.so' >&2; exit 127");
+    deepsft_with_path(path, &path.join("bin"), &arguments)
+        .fails(INVALID_INPUT, &["video video.mp4", "no libavcodec.so"]);
     program("exit 7");
     deepsft_with_path(path, &path.join("bin"), &arguments).fails(INVALID_INPUT, &["video video.mp4", "ffmpeg"]);
+}
+
+#[test]
+fn the_times_of_a_track_are_those_of_the_container() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    write_bundle(path, "model");
+    write_stream(&path.join("stream.y4m"), 4);
+    let made = Command::new("ffmpeg")
+        .args([
+            "-v",
+            "error",
+            "-i",
+            "stream.y4m",
+            "-vf",
+            "settb=1/1000,setpts=N*N/10/TB",
+            "-vsync",
+            "passthrough",
+        ])
+        .args(["-enc_time_base", "1/1000", "-c:v", "ffv1", "video.mkv"])
+        .current_dir(path)
+        .status();
+    assert!(made.unwrap().success());
+    let arguments = ["track", "--model", "model", "--out", "track", "video.mkv"];
+    deepsft(path, &arguments).succeeds();
+    let report = json(&path.join("track/track.json"));
+    let times = report["per_frame"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|frame| frame["time_s"].as_f64().unwrap());
+    assert_eq!(times.collect::<Vec<_>>(), [0.0, 0.1, 0.4, 0.9]);
 }

@@ -220,9 +220,9 @@ fn views(target: &mut FlatTarget, inputs: &[PathBuf]) -> Result<Seen> {
         } else if deepsft_formats::is_picture(path) || input::is_unread_picture(path) {
             photograph(path, &mut look);
         } else {
-            for (frame, picture) in Video::open(path, None)?.frames.enumerate() {
+            for (frame, picture) in Video::open_as_stored(path)?.frames.enumerate() {
                 let picture = match picture {
-                    Ok(picture) => picture,
+                    Ok(frame) => frame.picture,
                     Err(error) => {
                         eprintln!(
                             "warning: of the video {} the first {frame} frames are used: {error:#}",

@@ -49,6 +49,17 @@ pub struct FrameReport {
     pub ms: StageTimes,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub truth: Option<FrameTruth>,
+    /// The further copies, where they are looked for.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub copies: Vec<CopyReport>,
+}
+
+/// A further copy of the object in one frame.
+#[derive(Serialize)]
+pub struct CopyReport {
+    pub found: bool,
+    pub held: bool,
+    pub correlation: f64,
 }
 
 #[derive(Clone, Copy, Default, Serialize)]

@@ -21,6 +21,8 @@ pub const TRACK_FOLDER: FolderKind = FolderKind {
         TRACK_FILE,
         "track.csv",
         "vertices.npy",
+        "flat.png",
+        "flat-confidence.png",
         "meshes/frame-#.glb",
         "pictures/frame-#.png",
     ],
@@ -33,15 +35,17 @@ pub struct TrackFolder {
     folder: StagedFolder,
     table: BufWriter<File>,
     vertices: BufWriter<File>,
-    vertices_per_frame: usize,
+    /// Copies of the object and vertices of each.
+    copies: usize,
+    vertices_per_copy: usize,
     /// Frames that are in table and vertices, and the length of the table with them, bytes.
     frames: usize,
     table_bytes: u64,
 }
 
 impl TrackFolder {
-    /// Begins the folder that is to stand at `path`, for a mesh of so many vertices. Until it is committed no other process can begin it.
-    pub fn new(path: &Path, vertices_per_frame: usize) -> Result<Self> {
+    /// Begins the folder that is to stand at `path`, for so many copies of a mesh of so many vertices. Until it is committed no other process can begin it.
+    pub fn new(path: &Path, copies: usize, vertices_per_copy: usize) -> Result<Self> {
         if is_whole(path) {
             // There the frames are kept if the video ends early.
             deepsft_formats::check_folder(&partial(path), &TRACK_FOLDER)?;
@@ -54,33 +58,40 @@ impl TrackFolder {
         let (mut table, mut vertices) = (create("track.csv")?, create("vertices.npy")?);
         table
             .write_all(report::TABLE_HEADER.as_bytes())
-            .and_then(|()| vertices.write_all(&deepsft_formats::f32_npy_header(&[0, vertices_per_frame, 3])))
+            .and_then(|()| vertices.write_all(&deepsft_formats::f32_npy_header(&shape(0, copies, vertices_per_copy))))
             .with_context(|| unwritten(path))?;
         Ok(Self {
             place: path.to_path_buf(),
             folder,
             table,
             vertices,
-            vertices_per_frame,
+            copies,
+            vertices_per_copy,
             frames: 0,
             table_bytes: report::TABLE_HEADER.len() as u64,
         })
     }
 
-    /// Adds a frame to table and vertices; `vertices_camera` is `None` where the object was not found.
-    pub fn add(&mut self, frame: &FrameReport, vertices_camera: Option<&[DVec3]>) -> Result<()> {
+    /// Adds a frame to table and vertices: those of each copy, `None` of one that was not found.
+    pub fn add<'a>(
+        &mut self,
+        frame: &FrameReport,
+        vertices_camera: impl IntoIterator<Item = Option<&'a [DVec3]>>,
+    ) -> Result<()> {
         let row = report::table_row(frame);
-        let mut write = || -> Result<()> {
+        let write = || -> Result<()> {
             self.table.write_all(row.as_bytes())?;
-            match vertices_camera {
-                Some(vertices) => {
-                    for value in vertices.iter().flat_map(|p| p.as_vec3().to_array()) {
-                        self.vertices.write_all(&value.to_le_bytes())?;
+            for copy in vertices_camera {
+                match copy {
+                    Some(vertices) => {
+                        for value in vertices.iter().flat_map(|p| p.as_vec3().to_array()) {
+                            self.vertices.write_all(&value.to_le_bytes())?;
+                        }
                     }
-                }
-                None => {
-                    for _ in 0..3 * self.vertices_per_frame {
-                        self.vertices.write_all(&f32::NAN.to_le_bytes())?;
+                    None => {
+                        for _ in 0..3 * self.vertices_per_copy {
+                            self.vertices.write_all(&f32::NAN.to_le_bytes())?;
+                        }
                     }
                 }
             }
@@ -90,6 +101,11 @@ impl TrackFolder {
         self.frames += 1;
         self.table_bytes += row.len() as u64;
         Ok(())
+    }
+
+    /// Writes a file of the whole track.
+    pub fn write_whole(&self, name: &str, bytes: &[u8]) -> Result<()> {
+        Ok(deepsft_formats::write_file(&self.folder.path().join(name), bytes)?)
     }
 
     /// Writes a file of the frame `number` into the folder `kind`.
@@ -115,10 +131,11 @@ impl TrackFolder {
             self.table.get_ref().sync_all()?;
             // The number of frames is known only now; the header has the same length whatever it is.
             self.vertices.seek(SeekFrom::Start(0))?;
-            let header = deepsft_formats::f32_npy_header(&[self.frames, self.vertices_per_frame, 3]);
+            let shape = shape(self.frames, self.copies, self.vertices_per_copy);
+            let header = deepsft_formats::f32_npy_header(&shape);
             self.vertices.write_all(&header)?;
             self.vertices.flush()?;
-            let values = 3 * self.vertices_per_frame * self.frames;
+            let values: usize = shape.iter().product();
             let bytes = header.len() + values * size_of::<f32>();
             self.vertices.get_ref().set_len(bytes as u64)?;
             Ok(self.vertices.get_ref().sync_all()?)
@@ -135,6 +152,14 @@ impl TrackFolder {
             remove_track(&partial(&place))?;
         }
         Ok(place)
+    }
+}
+
+/// The shape of `vertices.npy`.
+fn shape(frames: usize, copies: usize, vertices: usize) -> Vec<usize> {
+    match copies {
+        1 => vec![frames, vertices, 3],
+        _ => vec![frames, copies, vertices, 3],
     }
 }
 

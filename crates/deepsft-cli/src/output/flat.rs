@@ -1,0 +1,18 @@
+//! A print laid flat, as files.
+
+use anyhow::Result;
+use deepsft::encode_png;
+use deepsft_geometry::{FlatPrint, Picture};
+
+/// The files of a flat print by name: the picture, and the confidence in it as grey levels.
+pub fn flat_files(flat: &FlatPrint) -> Result<[(String, Vec<u8>); 2]> {
+    let (width, height) = (flat.picture.width(), flat.picture.height());
+    let level = |x: usize, y: usize| [(255.0 * flat.confidence[y * width + x]).round() as u8; 3];
+    Ok([
+        ("flat.png".to_owned(), encode_png(&flat.picture)?),
+        (
+            "flat-confidence.png".to_owned(),
+            encode_png(&Picture::from_fn(width, height, level))?,
+        ),
+    ])
+}
