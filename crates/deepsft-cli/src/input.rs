@@ -1,6 +1,7 @@
 //! What commands read: pictures, model bundles, data sets. Every error names its file.
 
 use crate::failure::BlameInput;
+use crate::heif;
 use crate::progress;
 use anyhow::{Result, bail};
 use deepsft::{DeviceDescription, DeviceKind, Estimator, MODEL_FILE, ModelBundle, decode_picture, start_device};
@@ -15,26 +16,40 @@ const NAMED: usize = 8;
 
 /// Reads a picture's file.
 pub fn picture(path: &Path) -> Result<Picture> {
-    let read = || -> Result<Picture> { Ok(decode_picture(&fs::read(path)?)?) };
+    let read = || -> Result<Picture> {
+        let bytes = fs::read(path)?;
+        match heif::read(path, &bytes, true)? {
+            Some((picture, _)) => Ok(picture),
+            None => Ok(decode_picture(&bytes)?),
+        }
+    };
     read().blame("image", path)
 }
 
-/// Whether a file is a picture of a kind that is not read.
-pub fn is_unread_picture(path: &Path) -> bool {
+/// Whether a file is a picture, by its name: also one that ffmpeg reads.
+pub fn is_picture(path: &Path) -> bool {
     let ending = path.extension().unwrap_or_default();
-    ["heic", "heif", "avif"]
+    let is_heif = ["heic", "heif", "avif"]
         .iter()
-        .any(|unread| ending.eq_ignore_ascii_case(unread))
+        .any(|heif| ending.eq_ignore_ascii_case(heif));
+    is_heif || deepsft_formats::is_picture(path)
 }
 
 /// The pictures of a folder that is a `what`, by name. Other files in it are named.
 pub fn pictures_in(folder: &Path, what: &'static str) -> Result<Vec<PathBuf>> {
-    let pictures = deepsft_formats::pictures_in(folder, what)?;
-    let files = fs::read_dir(folder)?.flatten().map(|entry| entry.path());
-    let mut others: Vec<_> = files
-        .filter(|path| path.is_file() && !pictures.contains(path))
-        .collect();
-    others.sort();
+    let known = deepsft_formats::pictures_in(folder, what);
+    let files = fs::read_dir(folder)
+        .into_iter()
+        .flatten()
+        .flatten()
+        .map(|entry| entry.path());
+    let mut files: Vec<_> = files.filter(|path| path.is_file()).collect();
+    files.sort();
+    let (pictures, others): (Vec<_>, Vec<_>) = files.into_iter().partition(|path| is_picture(path));
+    if pictures.is_empty() {
+        // It says why.
+        return Ok(known?);
+    }
     if !others.is_empty() {
         let names = others
             .iter()
@@ -65,7 +80,10 @@ pub struct Photograph {
 pub fn photograph(path: &Path) -> Result<Photograph> {
     let read = || -> Result<Photograph> {
         let bytes = fs::read(path)?;
-        let (picture, quarters) = deepsft_formats::decode_photograph(&bytes)?;
+        let (picture, quarters) = match heif::read(path, &bytes, true)? {
+            Some(read) => read,
+            None => deepsft_formats::decode_photograph(&bytes)?,
+        };
         let exif = deepsft_formats::camera_from_exif(&bytes, picture.size());
         Ok(Photograph {
             picture,
@@ -78,7 +96,13 @@ pub fn photograph(path: &Path) -> Result<Photograph> {
 
 /// Reads a photograph as the camera's sensor has it: turned or not, all of one camera have one size.
 pub fn photograph_as_stored(path: &Path) -> Result<Picture> {
-    let read = || -> Result<Picture> { Ok(deepsft_formats::decode_as_stored(&fs::read(path)?)?) };
+    let read = || -> Result<Picture> {
+        let bytes = fs::read(path)?;
+        match heif::read(path, &bytes, false)? {
+            Some((picture, _)) => Ok(picture),
+            None => Ok(deepsft_formats::decode_as_stored(&bytes)?),
+        }
+    };
     read().blame("photograph", path)
 }
 

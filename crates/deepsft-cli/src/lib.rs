@@ -12,6 +12,7 @@ mod camera_choice;
 mod commands;
 mod failure;
 mod ffmpeg;
+mod heif;
 mod input;
 mod interruption;
 mod mesh_choice;

@@ -12,6 +12,7 @@ mod evaluation;
 mod flat;
 mod full_disk;
 mod interruption;
+mod kinds;
 mod lookalikes;
 mod meshes;
 mod recordings;

@@ -217,7 +217,7 @@ fn views(target: &mut FlatTarget, inputs: &[PathBuf]) -> Result<Seen> {
             for image in input::pictures_in(path, "folder of photographs")? {
                 photograph(&image, &mut look);
             }
-        } else if deepsft_formats::is_picture(path) || input::is_unread_picture(path) {
+        } else if input::is_picture(path) {
             photograph(path, &mut look);
         } else {
             for (frame, picture) in Video::open_as_stored(path)?.frames.enumerate() {
