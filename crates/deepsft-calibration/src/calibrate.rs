@@ -23,6 +23,9 @@ const NEVER_WRONG_PX: f64 = 0.5;
 /// Standard deviation of the focal length, as a fraction of it, from which on the views do not hold it.
 const FOCAL_DEVIATION: f64 = 0.02;
 
+/// The same where the focal length alone is asked for, or nothing else is held: a guess is farther off.
+const LONE_FOCAL_DEVIATION: f64 = 0.2;
+
 /// The residuals of one view.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
@@ -73,10 +76,11 @@ impl Calibration {
 ///
 /// It starts from Zhang's equations and minimises the distances in the image over camera and poses. Wrong points are left out, and views with
 /// fewer than 6 right ones. Without a `model` it takes the one with the fewest parameters that explains the views (Bayesian information
-/// criterion), for they may not hold more. It never chooses [`CameraModel::Fisheye`].
+/// criterion), for they may not hold more. It never chooses [`CameraModel::Fisheye`]. Of one or two views, and of those that hold little,
+/// it gives the focal length alone, up to a standard deviation of 20 %; the deviation knows nothing of a principal point off the centre.
 ///
 /// # Errors
-/// * [`CalibrationError::Views`] for fewer than 3 views with at least 6 right points each; for [`CameraModel::Focal`] 1.
+/// * [`CalibrationError::Views`] for no view with at least 6 right points; for a `model` other than [`CameraModel::Focal`] fewer than 3.
 /// * [`CalibrationError::Undetermined`] when the views leave the focal length open, for they are all parallel, or do not fit.
 /// * [`CalibrationError::Camera`] for an empty image.
 pub fn calibrate(
@@ -85,12 +89,15 @@ pub fn calibrate(
     model: Option<CameraModel>,
 ) -> Result<Calibration, CalibrationError> {
     if let Some(model) = model {
-        let expected = if model == CameraModel::Focal { 1 } else { 3 };
-        return calibrated(views, size, model, expected);
+        let (expected, most) = match model {
+            CameraModel::Focal => (1, LONE_FOCAL_DEVIATION),
+            _ => (3, FOCAL_DEVIATION),
+        };
+        return calibrated(views, size, model, expected, most);
     }
-    let mut best = calibrated(views, size, CameraModel::Focal, 3);
+    let mut best = calibrated(views, size, CameraModel::Focal, 3, FOCAL_DEVIATION);
     for model in [CameraModel::Pinhole, CameraModel::Radial, CameraModel::Polynomial] {
-        let found = calibrated(views, size, model, 3);
+        let found = calibrated(views, size, model, 3, FOCAL_DEVIATION);
         let is_better = match (&found, &best) {
             (Ok(found), Ok(best)) => {
                 // No model wins by leaving out a view.
@@ -103,15 +110,16 @@ pub fn calibrate(
             best = found;
         }
     }
-    best
+    best.or_else(|error| calibrated(views, size, CameraModel::Focal, 1, LONE_FOCAL_DEVIATION).or(Err(error)))
 }
 
-/// The calibration for one model. `expected`: fewest views.
+/// The calibration for one model. `expected`: fewest views; `most`: greatest deviation of the focal length, a fraction of it.
 fn calibrated(
     views: &[Vec<Correspondence>],
     size: ImageSize,
     model: CameraModel,
     expected: usize,
+    most: f64,
 ) -> Result<Calibration, CalibrationError> {
     let usable: Vec<usize> = (0..views.len()).filter(|&v| views[v].len() >= MIN_POINTS).collect();
     let mut counts: Vec<Vec<bool>> = views.iter().map(|view| vec![true; view.len()]).collect();
@@ -148,7 +156,7 @@ fn calibrated(
         }
         solution = adjustment(views, &counts, model, 1e3, &solution).solve(solution);
     }
-    report(views, &counts, model, solution)
+    report(views, &counts, model, solution, most)
 }
 
 /// The adjustment of the points that count in the views that `solution` uses.
@@ -175,6 +183,7 @@ fn report(
     counts: &[Vec<bool>],
     model: CameraModel,
     solution: Solution,
+    most: f64,
 ) -> Result<Calibration, CalibrationError> {
     let is_used = |view: usize| solution.poses.iter().any(|(used, _)| *used == view);
     let kept = |(view, (residuals, counts)): (usize, (Vec<DVec2>, &Vec<bool>))| {
@@ -197,7 +206,7 @@ fn report(
     })?;
     let values = model.values(&solution.camera);
     let deviation = deviations[0] / values[0];
-    if deviation > FOCAL_DEVIATION {
+    if deviation > most {
         return Err(CalibrationError::Undetermined { deviation });
     }
     let parameters = model.names().iter().zip(values).zip(deviations);

@@ -59,11 +59,23 @@ impl CornerDetector {
         }
     }
 
-    /// Detects corners in the photograph, or in the first half, quarter... of its size that shows enough. `None` where none does.
+    /// Detects corners in the photograph, or in the first half, quarter... of its size that shows enough. `None` where none does. A ChArUco
+    /// board may be printed in white on black.
     pub fn detect(&self, photograph: &Picture) -> Option<Vec<Correspondence>> {
         let colors = photograph.rgb().as_chunks::<3>().0;
-        let mut grey: Vec<u8> = colors.iter().map(|color| luma(*color) as u8).collect();
-        let ImageSize { mut width, mut height } = photograph.size();
+        let grey: Vec<u8> = colors.iter().map(|color| luma(*color) as u8).collect();
+        let negative = || match self.0 {
+            Kind::Charuco(_) => self.detect_in(grey.iter().map(|level| 255 - level).collect(), photograph.size()),
+            Kind::Checkerboard(_) => None,
+        };
+        self.detect_in(grey.clone(), photograph.size()).or_else(negative)
+    }
+
+    fn detect_in(
+        &self,
+        mut grey: Vec<u8>,
+        ImageSize { mut width, mut height }: ImageSize,
+    ) -> Option<Vec<Correspondence>> {
         let mut scale = 1.0;
         loop {
             let view = GrayImageView {

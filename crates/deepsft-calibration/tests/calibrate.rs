@@ -208,15 +208,37 @@ fn a_view_that_cannot_be_used_is_left_out_and_the_others_give_the_camera() {
             );
         }
     }
-    let error = calibrate(&[good[0].clone(), scattered, good[1].clone()], SIZE, None).unwrap_err();
+    let two = [good[0].clone(), scattered, good[1].clone()];
+    let error = calibrate(&two, SIZE, Some(CameraModel::Pinhole)).unwrap_err();
     assert_eq!(error, CalibrationError::Views { actual: 2, expected: 3 });
+    assert_eq!(calibrate(&two, SIZE, None).unwrap().used_views(), 2);
+}
+
+#[test]
+fn few_views_give_the_focal_length_alone_with_its_deviation() {
+    let all = views(&ordinary(), &POSES, 0.25);
+    let mut deviations = Vec::new();
+    for count in [1, 2] {
+        let found = calibrate(&all[..count], SIZE, None).unwrap();
+        assert_eq!((found.model, found.parameters.len()), (CameraModel::Focal, 1));
+        let (focal, deviation) = value(&found, "f");
+        // The principal point is a few pixels off the centre, which the deviation does not know.
+        assert!(
+            (focal / 908.0 - 1.0).abs() < 0.04 && deviation > 0.0,
+            "{focal} ± {deviation}"
+        );
+        deviations.push(deviation);
+    }
+    assert!(deviations[1] < deviations[0], "{deviations:?}");
 }
 
 #[test]
 fn too_few_views_and_parallel_ones_are_refused() {
     let all = views(&ordinary(), &POSES, 0.25);
-    let error = calibrate(&all[..2], SIZE, None).unwrap_err();
+    let error = calibrate(&all[..2], SIZE, Some(CameraModel::Radial)).unwrap_err();
     assert_eq!(error, CalibrationError::Views { actual: 2, expected: 3 });
+    let error = calibrate(&[], SIZE, None).unwrap_err();
+    assert!(matches!(error, CalibrationError::Views { actual: 0, .. }), "{error}");
     let parallel = [0.0, 1.0, 2.0, 3.0].map(|k| ([0.0, 0.0, 0.2 * k], [-100.0 + 20.0 * k, -60.0, 400.0 + 30.0 * k]));
     for model in [None, Some(CameraModel::Focal), Some(CameraModel::Pinhole)] {
         let error = calibrate(&views(&ordinary(), &parallel, 0.25), SIZE, model).unwrap_err();

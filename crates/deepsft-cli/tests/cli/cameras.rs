@@ -140,6 +140,32 @@ fn photographs_of_a_charuco_board_and_of_a_checkerboard_give_the_camera() {
         &POSES,
     );
     calibrated(folder.path(), &["--checkerboard", "checker"], 0.3);
+    // Two photographs tell the focal length, with its deviation.
+    let two = [
+        "camera",
+        "calibrate",
+        "--charuco",
+        "9x6",
+        "--out",
+        "two.json",
+        "charuco/0.png",
+        "charuco/1.png",
+    ];
+    let run = deepsft(folder.path(), &two);
+    assert!(
+        run.succeeds().stdout.contains("the focal length alone"),
+        "{}",
+        run.stdout
+    );
+    let two: Value = serde_json::from_slice(&fs::read(folder.path().join("two.json")).unwrap()).unwrap();
+    let deviation = two["calibration"]["parameters"][0]["standard_deviation"]
+        .as_f64()
+        .unwrap();
+    let focal = two["fx"].as_f64().unwrap();
+    assert!(
+        (focal / 822.0 - 1.0).abs() < 0.06 && deviation > 0.0,
+        "{focal} ± {deviation}"
+    );
     // A calibrated camera is a camera file.
     let camera = deepsft_formats::read_camera(&folder.path().join("camera.json")).unwrap();
     assert_eq!(camera.size(), (960, 720).into());
@@ -310,9 +336,21 @@ fn what_is_no_board_and_what_is_parallel_is_refused_with_what_to_do() {
     };
     calibrate(&["parallel"]).fails(3, &["parallel", "tilt the target"]);
     calibrate(&["parallel/0.png", "parallel/1.png"]).fails(3, &["2 of the 2 photographs", "at least 3"]);
+    calibrate(&["--model", "radial", "parallel/0.png", "parallel/1.png"])
+        .fails(3, &["2 of the 2 photographs", "at least 3"]);
+    calibrate(&["--dictionary", "9x9", "parallel"]).fails(2, &["no dictionary 9x9", "5X5_100"]);
     let grey = encode_png(&Picture::from_fn(64, 48, |x, _| [x as u8; 3])).unwrap();
     fs::write(folder.path().join("grey.png"), grey).unwrap();
-    calibrate(&["grey.png"]).fails(3, &["grey.png", "no ChArUco board was seen"]);
+    calibrate(&["grey.png"]).fails(
+        3,
+        &[
+            "grey.png",
+            "no ChArUco board was seen",
+            "--dictionary",
+            "circles are not read",
+        ],
+    );
+    calibrate(&["--dictionary", "5x5_50", "parallel"]).fails(3, &["no ChArUco board was seen in any of the 4"]);
     calibrate(&["parallel/0.png", "grey.png", "parallel/1.png"]).fails(3, &["grey.png", "2 of the 2 photographs"]);
     fs::write(folder.path().join("a.HEIC"), b"\0\0\0\x18ftypheic\0\0\0\0").unwrap();
     calibrate(&["a.HEIC"]).fails(3, &["a.HEIC", "export it as JPEG", "no photograph that can be used"]);

@@ -5,7 +5,7 @@ use super::chart;
 use super::target::FlatTarget;
 use crate::failure::{BlameInput, usage};
 use crate::input;
-use crate::numbers::SizeMm;
+use crate::numbers::{SizeMm, positive};
 use crate::object_choice::printed;
 use crate::video::Video;
 use anyhow::{Context, Result, anyhow};
@@ -36,9 +36,11 @@ fill half of the image, and over all of them out to its corners. Focus and zoom 
 size; held across or upright makes no difference. What cannot be used is named and left out.
 
 Targets:
-  --charuco 9x6              the board of deepsft camera board: may be partly hidden or cut off
+  --charuco 9x6              the board of deepsft camera board: may be partly hidden or cut off. For boards that others
+                             print there are --dictionary, --marker and --legacy; white on black is read as well
   --checkerboard             any checkerboard, or the part of it that is seen
   --picture P --size-mm S    a print of your own picture, held flat (glass, a table); or --template DIR
+Grids of circles are not read. One or two photographs tell the focal length alone, with its deviation.
 
 It writes the camera, with the calibration's figures (RMS, deviations, each view) under \"calibration\", which other commands
 pass over, and beside it a picture: where points were seen, and how far they are from where the camera has them.
@@ -58,6 +60,15 @@ pub struct CalibrateArguments {
     /// Printed size of the picture in mm: WIDTHxHEIGHT, or the width alone
     #[arg(long, value_name = "SIZE", requires = "picture")]
     size_mm: Option<SizeMm>,
+    /// Markers of the ChArUco board, by OpenCV's name, such as 5X5_100 or APRILTAG_36h11 [default: 4X4_50]
+    #[arg(long, value_name = "NAME", requires = "charuco")]
+    dictionary: Option<String>,
+    /// Side of its markers as a fraction of a square's [default: 0.75]
+    #[arg(long, value_name = "FRACTION", requires = "charuco", value_parser = positive)]
+    marker: Option<f64>,
+    /// The ChArUco board is of OpenCV before 4.6: its first square may be white
+    #[arg(long, requires = "charuco")]
+    legacy: bool,
     /// What is unknown of the camera [default: as little as explains the views]
     #[arg(long, value_name = "MODEL", value_parser = model())]
     model: Option<CameraModel>,
@@ -157,6 +168,19 @@ fn target(arguments: &CalibrateArguments) -> Result<FlatTarget> {
     let target = &arguments.target;
     if let Some(squares) = target.charuco {
         let board = squares.board(ANY_SQUARE_MM)?;
+        let markers = (arguments.dictionary.as_deref(), arguments.marker);
+        let board = match markers {
+            (None, None) => Ok(board),
+            (dictionary, marker) => board.with_markers(dictionary.unwrap_or("4X4_50"), marker.unwrap_or(0.75)),
+        };
+        let board = board.and_then(|board| {
+            if arguments.legacy {
+                board.with_legacy_pattern()
+            } else {
+                Ok(board)
+            }
+        });
+        let board = board.map_err(|error| usage(error.to_string()))?;
         let detector = CornerDetector::charuco(&board).map_err(|error| usage(error.to_string()))?;
         return Ok(FlatTarget::board(detector));
     }
@@ -274,7 +298,8 @@ fn explained(error: CalibrationError, target: &FlatTarget, seen: &Seen) -> anyho
     let (views, photographs, name) = (seen.views.len(), seen.photographs.len(), target.name);
     match error {
         CalibrationError::Views { .. } if views == 0 => anyhow!(
-            "no {name} was seen in any of the {photographs} photographs: is it the right one, sharp, evenly lit, and large enough in the image?"
+            "no {name} was seen in any of the {photographs} photographs: is it the right one (of other ArUco markers see --dictionary, --marker and \
+             --legacy; grids of circles are not read), sharp, evenly lit, and large enough in the image?"
         ),
         CalibrationError::Views { actual, expected } if actual < views => anyhow!(
             "{views} of the {photographs} photographs show the {name}, but only {actual} of them as one camera sees a flat one: at least \
@@ -330,8 +355,13 @@ fn print(report: &Report, out: &Path, size: ImageSize, chosen: bool) {
         used.len(),
         report.points_left_out
     );
-    if chosen && report.model != "polynomial" {
+    if chosen && used.len() >= 3 && report.model != "polynomial" {
         println!("  the views do not ask for more unknowns; --model polynomial solves for them all the same");
+    }
+    if used.len() < 3 {
+        println!(
+            "  so few views tell the focal length alone: take 10 to 20, each tilted another way, for the rest of the camera"
+        );
     }
     if report.rms_px > 1.0 {
         println!(
