@@ -2,6 +2,7 @@
 
 mod blender;
 mod cameras;
+mod cards;
 mod finding;
 mod rolls;
 mod solids;
@@ -16,6 +17,8 @@ pub enum StudyCommand {
     Blender(blender::BlenderArguments),
     /// Measure the same scenes through several cameras, with and without the canonical warp.
     Cameras(cameras::CamerasArguments),
+    /// Measure whether the right one of cards that resemble each other is named.
+    Cards(cards::CardsArguments),
     /// Measure how often features find a print that nothing was trained for.
     Finding(finding::FindingStudyArguments),
     /// Measure how often an object is found by how it is rolled, before a camera that lies across and one that stands upright.
@@ -30,6 +33,7 @@ pub fn run(command: &StudyCommand) -> Result<()> {
     match command {
         StudyCommand::Blender(arguments) => blender::run(arguments),
         StudyCommand::Cameras(arguments) => cameras::run(arguments),
+        StudyCommand::Cards(arguments) => cards::run(arguments),
         StudyCommand::Finding(arguments) => finding::run(arguments),
         StudyCommand::Rolls(arguments) => rolls::run(arguments),
         StudyCommand::Solids(arguments) => solids::run(arguments),
