@@ -6,7 +6,7 @@ import { Solids } from "./solids.js";
 
 /** @typedef {"house" | "boat" | "sundial"} ObjectName */
 
-/** @type {Readonly<Record<ObjectName, () => Float32Array>>} */
+/** @type {Readonly<Record<ObjectName, () => Solids>>} */
 export const OBJECTS = { house, boat, sundial };
 
 function house() {
@@ -38,7 +38,7 @@ function house() {
     for (const [radius, from, to, color] of /** @type {const} */ ([[0.23, 0.2, 0.56, "#38704a"], [0.18, 0.4, 0.74, "#41805a"], [0.12, 0.6, 0.92, "#4d9066"]]))
       solids.paint(color).lathe([[0, from * size], [radius * size, from * size], [0, to * size]], { at: [x, z], sides: 8 });
   }
-  return solids.corners;
+  return solids;
 }
 
 function boat() {
@@ -52,12 +52,12 @@ function boat() {
   for (const side of [-1, 1]) {
     const band = (/** @type {[number, number]} */ [low, high], /** @type {[number, number]} */ [from, to]) => (/** @type {number} */ a, /** @type {number} */ b) =>
       /** @type {Point} */ ([along(a), edge(a) * (low + b * (high - low)), side * width(a) * (from + b * (to - from))]);
-    solids.paint("#b8352c", 1).surface(band([0.1, 0.62], [0.45, 0.9]), 14, 2);
-    solids.paint("#fbfaf4", 1).surface(band([0.62, 1], [0.9, 1]), 14, 1);
+    solids.paint("#b8352c", true).surface(band([0.1, 0.62], [0.45, 0.9]), 14, 2);
+    solids.paint("#fbfaf4", true).surface(band([0.62, 1], [0.9, 1]), 14, 1);
   }
-  solids.paint("#fbfaf4", 1).quad([along(0), 0.03, -0.07], [along(0), 0.03, 0.07], [along(0), edge(0), width(0)], [along(0), edge(0), -width(0)]);
-  solids.paint("#bd8f5a", 1).surface((a, b) => [along(a), edge(a) - 0.03, (2 * b - 1) * 0.97 * width(a)], 14, 1);
-  solids.paint("#f0e2c8", 1).box([-0.22, 0.24, 0], [0.34, 0.13, 0.22]).paint("#6d4a2f", 1).box([-0.22, 0.37, 0], [0.38, 0.025, 0.26]);
+  solids.paint("#fbfaf4", true).quad([along(0), 0.03, -0.07], [along(0), 0.03, 0.07], [along(0), edge(0), width(0)], [along(0), edge(0), -width(0)]);
+  solids.paint("#bd8f5a", true).surface((a, b) => [along(a), edge(a) - 0.03, (2 * b - 1) * 0.97 * width(a)], 14, 1);
+  solids.paint("#f0e2c8", true).box([-0.22, 0.24, 0], [0.34, 0.13, 0.22]).paint("#6d4a2f", true).box([-0.22, 0.37, 0], [0.38, 0.025, 0.26]);
   solids.lathe([[0.022, 0.25], [0.014, 1.46]], { at: [0.1, 0], sides: 8 }).plate([[0.1, 0.47, -0.012], [-0.6, 0.45, -0.012], [-0.6, 0.475, -0.012], [0.1, 0.5, -0.012]], [0, 0, 0.024]);
   // Sails: triangles that the wind fills.
   const sail = (/** @type {Point} */ foot, /** @type {Point} */ head, /** @type {Point} */ clew, /** @type {number} */ full) => (/** @type {number} */ a, /** @type {number} */ b) => {
@@ -65,10 +65,10 @@ function boat() {
     const at = (/** @type {number} */ k) => foot[k] + b * (head[k] - foot[k]) + out * (clew[k] - foot[k]);
     return /** @type {Point} */ ([at(0), at(1), at(2) + full * Math.sin(Math.PI * a) * (1 - b) * (0.4 + b)]);
   };
-  solids.paint("#fffaf0", 1).surface(sail([0.08, 0.52, 0], [0.09, 1.42, 0], [-0.58, 0.5, 0], 0.24), 6, 8);
-  solids.paint("#f2a541", 1).surface(sail([0.12, 0.42, 0], [0.11, 1.22, 0], [0.7, 0.36, 0], 0.16), 6, 8);
-  solids.paint("#b8352c", 1).plate([[0.1, 1.46, 0], [0.1, 1.38, 0], [-0.08, 1.42, 0]], [0, 0, 0.01]);
-  return solids.corners;
+  solids.paint("#fffaf0", true).surface(sail([0.08, 0.52, 0], [0.09, 1.42, 0], [-0.58, 0.5, 0], 0.24), 6, 8);
+  solids.paint("#f2a541", true).surface(sail([0.12, 0.42, 0], [0.11, 1.22, 0], [0.7, 0.36, 0], 0.16), 6, 8);
+  solids.paint("#b8352c", true).plate([[0.1, 1.46, 0], [0.1, 1.38, 0], [-0.08, 1.42, 0]], [0, 0, 0.01]);
+  return solids;
 }
 
 function sundial() {
@@ -85,5 +85,5 @@ function sundial() {
     solids.paint("#4d4436").plate([at(from, -half), at(to, -half), at(to, half), at(from, half)], [0, 0.012, 0]);
   }
   solids.paint("#b08a45").plate([[-0.025, 0.27, 0.32], [-0.025, 0.27, -0.42], [-0.025, 0.86, -0.42]], [0.05, 0, 0]);
-  return solids.corners;
+  return solids;
 }

@@ -1,72 +1,66 @@
 // Small solids put together of triangles, for the things that stand on the sheet.
 
-/** @typedef {[number, number, number]} Point */
+import { BoxGeometry, BufferGeometry, Color, Float32BufferAttribute, LatheGeometry, Vector2 } from "three";
 
-/** Numbers per corner: position, normal, colour (linear light), and how far it sways. */
-export const STRIDE = 10;
+/** @typedef {[number, number, number]} Point */
+/** What is put together, (x, y, z) and colour of each corner. @typedef {{ positions: number[], colors: number[] }} Part */
 
 /** Triangles with flat faces; y is up, and all of it stands on y = 0. */
 export class Solids {
-  /** @type {number[]} */
-  #corners = [];
-  /** @type {Point} */
-  #color = [1, 1, 1];
-  #sway = 0;
+  /** @type {{ still: Part, afloat: Part }} */
+  #parts = { still: { positions: [], colors: [] }, afloat: { positions: [], colors: [] } };
+  #part = this.#parts.still;
+  #color = new Color();
 
-  /** As the shaders take them: {@link STRIDE} numbers per corner. */
-  get corners() {
-    return new Float32Array(this.#corners);
+  /** What stands still, and what the waves move. */
+  get geometries() {
+    return Object.values(this.#parts).map(({ positions, colors }) => {
+      const geometry = new BufferGeometry();
+      geometry.setAttribute("position", new Float32BufferAttribute(positions, 3));
+      geometry.setAttribute("color", new Float32BufferAttribute(colors, 3));
+      geometry.computeVertexNormals();
+      return geometry;
+    });
   }
 
   /**
    * What follows has this colour.
    *
    * @param {string} color such as "#c8553d"
-   * @param {number} [sway] how far it moves with the waves, 0 to 1
+   * @param {boolean} [afloat] whether the waves move it
    */
-  paint(color, sway = this.#sway) {
-    const linear = [1, 3, 5].map((at) => (Number.parseInt(color.slice(at, at + 2), 16) / 255) ** 2.2);
-    this.#color = /** @type {Point} */ (linear);
-    this.#sway = sway;
+  paint(color, afloat = false) {
+    this.#color.set(color);
+    this.#part = this.#parts[afloat ? "afloat" : "still"];
     return this;
+  }
+
+  /** @param {Point[]} corners of triangles */
+  #add(...corners) {
+    this.#part.positions.push(...corners.flat());
+    for (let i = 0; i < corners.length; i++) this.#part.colors.push(...this.#color);
+    return this;
+  }
+
+  /** @param {BufferGeometry} geometry */
+  #addGeometry(geometry) {
+    const { array } = geometry.toNonIndexed().getAttribute("position");
+    return this.#add(...Array.from({ length: array.length / 3 }, (_, i) => /** @type {Point} */ ([...array.slice(3 * i, 3 * i + 3)])));
   }
 
   /** @param {Point} a @param {Point} b @param {Point} c */
   triangle(a, b, c) {
-    const [e, f] = [b.map((x, k) => x - a[k]), c.map((x, k) => x - a[k])];
-    const normal = [e[1] * f[2] - e[2] * f[1], e[2] * f[0] - e[0] * f[2], e[0] * f[1] - e[1] * f[0]];
-    const length = Math.hypot(...normal);
-    if (length === 0) return this;
-    for (const corner of [a, b, c]) this.#corners.push(...corner, ...normal.map((x) => x / length), ...this.#color, this.#sway);
-    return this;
+    return this.#add(a, b, c);
   }
 
   /** @param {Point} a @param {Point} b @param {Point} c @param {Point} d around the face */
   quad(a, b, c, d) {
-    return this.triangle(a, b, c).triangle(a, c, d);
+    return this.#add(a, b, c, a, c, d);
   }
 
   /** @param {Point} centre of its foot @param {Point} size */
   box([x, y, z], [width, height, depth]) {
-    const [l, r, n, f] = [x - width / 2, x + width / 2, z + depth / 2, z - depth / 2];
-    const outline = /** @type {[number, number][]} */ ([[l, n], [r, n], [r, f], [l, f]]);
-    return this.#walls(outline, y, y + height);
-  }
-
-  /**
-   * A wall all around an outline, with a roof on it.
-   *
-   * @param {[number, number][]} outline (x, z) each, counter-clockwise from above
-   * @param {number} bottom
-   * @param {number} top
-   */
-  #walls(outline, bottom, top) {
-    outline.forEach(([x, z], i) => {
-      const [nextX, nextZ] = outline[(i + 1) % outline.length];
-      this.quad([x, bottom, z], [nextX, bottom, nextZ], [nextX, top, nextZ], [x, top, z]);
-      this.triangle([outline[0][0], top, outline[0][1]], [x, top, z], [nextX, top, nextZ]);
-    });
-    return this;
+    return this.#addGeometry(new BoxGeometry(width, height, depth).translate(x, y + height / 2, z));
   }
 
   /**
@@ -76,14 +70,8 @@ export class Solids {
    * @param {{ at?: [number, number], sides?: number }} [options] (x, z) of the axis
    */
   lathe(profile, { at: [x, z] = [0, 0], sides = 24 } = {}) {
-    const point = (/** @type {[number, number]} */ [radius, y], /** @type {number} */ side) => {
-      const angle = (2 * Math.PI * side) / sides;
-      return /** @type {Point} */ ([x + radius * Math.cos(angle), y, z - radius * Math.sin(angle)]);
-    };
-    for (let side = 0; side < sides; side++)
-      for (let i = 0; i + 1 < profile.length; i++)
-        this.quad(point(profile[i], side), point(profile[i], side + 1), point(profile[i + 1], side + 1), point(profile[i + 1], side));
-    return this;
+    const points = profile.map((point) => new Vector2(...point));
+    return this.#addGeometry(new LatheGeometry(points, sides).translate(x, 0, z));
   }
 
   /**
@@ -94,7 +82,7 @@ export class Solids {
    */
   plate(outline, thickness) {
     const other = outline.map((point) => /** @type {Point} */ (point.map((x, k) => x + thickness[k])));
-    for (let i = 1; i + 1 < outline.length; i++) this.triangle(outline[0], outline[i], outline[i + 1]).triangle(other[0], other[i + 1], other[i]);
+    for (let i = 1; i + 1 < outline.length; i++) this.#add(outline[0], outline[i], outline[i + 1], other[0], other[i + 1], other[i]);
     outline.forEach((point, i) => {
       const next = (i + 1) % outline.length;
       this.quad(point, outline[next], other[next], other[i]);

@@ -1,9 +1,8 @@
 // What stands on a sheet, as objects of three.js.
 
-import { BufferGeometry, DoubleSide, Group, InterleavedBuffer, InterleavedBufferAttribute, Mesh, MeshLambertMaterial } from "three";
+import { DoubleSide, Group, Mesh, MeshLambertMaterial } from "three";
 import { prefersStillness } from "../graphics/animation.js";
 import { OBJECTS } from "./objects.js";
-import { STRIDE } from "./solids.js";
 
 /** @import { ObjectName } from "./objects.js" */
 
@@ -22,11 +21,9 @@ export class Standing extends Group {
   constructor(name) {
     super();
     this.name = name;
-    const corners = OBJECTS[name]();
-    const triangles = Array.from({ length: corners.length / STRIDE / 3 }, (_, i) => corners.subarray(3 * STRIDE * i, 3 * STRIDE * (i + 1)));
-    const sways = (/** @type {Float32Array} */ triangle) => triangle[STRIDE - 1] > 0;
-    this.add(this.#mesh(triangles.filter((triangle) => !sways(triangle))), this.#afloat);
-    this.#afloat.add(this.#mesh(triangles.filter(sways)));
+    const [still, afloat] = OBJECTS[name]().geometries.map((geometry) => new Mesh(geometry, this.#material));
+    this.add(still, this.#afloat);
+    this.#afloat.add(afloat);
   }
 
   /** @param {number} seconds by a clock */
@@ -37,15 +34,5 @@ export class Standing extends Group {
   dispose() {
     this.#material.dispose();
     this.traverse((part) => part instanceof Mesh && part.geometry.dispose());
-  }
-
-  /** @param {Float32Array[]} triangles */
-  #mesh(triangles) {
-    const buffer = new InterleavedBuffer(Float32Array.from(triangles.flatMap((triangle) => [...triangle])), STRIDE);
-    const geometry = new BufferGeometry();
-    ["position", "normal", "color"].forEach((name, i) => geometry.setAttribute(name, new InterleavedBufferAttribute(buffer, 3, 3 * i)));
-    const mesh = new Mesh(geometry, this.#material);
-    mesh.visible = triangles.length > 0;
-    return mesh;
   }
 }

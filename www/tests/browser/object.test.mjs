@@ -5,11 +5,10 @@ import { after, before, test } from "node:test";
 
 import { SurfaceMesh, SurfacePose } from "deepsft";
 import { OBJECTS } from "../../demo/objects/objects.js";
-import { STRIDE } from "../../demo/objects/solids.js";
 import { SCALE } from "../../demo/objects/standing.js";
 import { SLOW_MS, launch, openDemo } from "../support/browser.mjs";
 import { decodePng } from "../support/png.mjs";
-import { depthsOf, inner } from "../support/silhouettes.mjs";
+import { cornersOf, depthsOf, inner } from "../support/silhouettes.mjs";
 
 /** All of its image is seen by the network: nothing is dimmed. */
 const CAMERA = { width: 640, height: 360, fx: 520, fy: 520, cx: 320, cy: 180, distortion: [0, 0, 0, 0, 0], source: "given" };
@@ -51,9 +50,8 @@ function truth(name, mesh, [u, v]) {
     const [s, t, r] = [2 * (y * c - z * b), 2 * (z * a - x * c), 2 * (x * b - y * a)];
     return [a + w * s + y * r - z * t, b + w * t + z * s - x * r, c + w * r + x * t - y * s];
   };
-  const corners = OBJECTS[name]();
   const scale = SCALE * SHEET.heightMm;
-  const object = Array.from({ length: corners.length / STRIDE }, (_, i) => rotated(corners.subarray(STRIDE * i, STRIDE * i + 3)).map((value, k) => pose.position[k] + scale * value));
+  const object = cornersOf(OBJECTS[name]()).map((corner) => rotated(corner).map((value, k) => pose.position[k] + scale * value));
   const sheet = [...TOPOLOGY.faces].map((vertex) => [...mesh.vertices.subarray(3 * vertex, 3 * vertex + 3)]);
   return { object: depthsOf(object, CAMERA), sheet: depthsOf(sheet, CAMERA) };
 }

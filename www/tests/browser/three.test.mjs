@@ -9,7 +9,6 @@ import { after, before, test } from "node:test";
 
 import { CANONICAL_FOCAL, canonicalSize, imageFromCanonical } from "deepsft";
 import { OBJECTS } from "../../demo/objects/objects.js";
-import { STRIDE } from "../../demo/objects/solids.js";
 import { SCALE } from "../../demo/objects/standing.js";
 import { SLOW_MS, launch, openDemo } from "../support/browser.mjs";
 import { readStamp, stamp, stampPoints } from "../support/barcode.mjs";
@@ -17,7 +16,7 @@ import { makeClip } from "../support/clips.mjs";
 import { median } from "../support/maps.mjs";
 import { MODEL } from "../support/native.mjs";
 import { decodePng } from "../support/png.mjs";
-import { depthsOf, inner } from "../support/silhouettes.mjs";
+import { cornersOf, depthsOf, inner } from "../support/silhouettes.mjs";
 import { TrueSheet, inPose } from "../support/true-sheet.mjs";
 import { y4m } from "../support/y4m.mjs";
 
@@ -273,7 +272,7 @@ test("on the demo page the house stands where the sheet truly is", { timeout: 2 
     for (const element of document.querySelectorAll("#live > :not(#stage)")) element.style.visibility = "hidden";
   });
   const { camera } = clip;
-  const corners = OBJECTS.house();
+  const corners = cornersOf(OBJECTS.house());
   let shots = 0;
   for (const until = Date.now() + SLOW_MS; shots < SHOTS; ) {
     assert.ok(Date.now() < until, "the film does not show what is waited for");
@@ -282,7 +281,7 @@ test("on the demo page the house stands where the sheet truly is", { timeout: 2 
     if (!isFollowed(film)) continue;
     const frame = ofFilm(clip.frames, film);
     const pose = ofFilm(sheets, film).pose(0.5, 0.5);
-    const placed = Array.from({ length: corners.length / STRIDE }, (_, i) => inPose(pose, [...corners.subarray(STRIDE * i, STRIDE * i + 3)].map((x) => SCALE * POSTER_MM * x)));
+    const placed = corners.map((corner) => inPose(pose, corner.map((x) => SCALE * POSTER_MM * x)));
     const house = [...depthsOf(placed, camera)].map((depth) => depth < Infinity);
     const changed = house.map((_, i) => {
       const [x, y] = [i % width, Math.floor(i / width)];

@@ -28,6 +28,11 @@ export function depthsOf(corners, { width, height, fx, fy, cx, cy }) {
   return depths;
 }
 
+/** The corners of a solid's triangles, (x, y, z) each. @param {{ geometries: import("three").BufferGeometry[] }} solids @returns {number[][]} */
+export function cornersOf({ geometries }) {
+  return geometries.flatMap(({ attributes: { position } }) => Array.from({ length: position.count }, (_, i) => [position.getX(i), position.getY(i), position.getZ(i)]));
+}
+
 /** The pixels of a mask with none of the other kind within `reach` pixels. @param {boolean[]} mask */
 export function inner(mask, { width, height }, reach) {
   return [...mask.keys()].filter((i) => {
