@@ -213,6 +213,41 @@ for (const [name, build, where, drawn] of [
   });
 }
 
+/** docs/scene.md: its three.js is installed as the page's. */
+const WITH_AFRAME = `
+  import AFRAME from "aframe";
+  import "deepsft/aframe";
+  document.body.innerHTML = '<a-scene embedded style="height: 200px" deepsft="picture: /models/poster-a4/template/texture.png"></a-scene>';
+  const scene = document.querySelector("a-scene");
+  scene.addEventListener("started", ({ detail: { view } }) => (globalThis.outcome = { isOne: view.camera instanceof AFRAME.THREE.PerspectiveCamera && scene.camera === view.camera }));
+  scene.addEventListener("error", ({ detail: { error } }) => (globalThis.outcome ??= told(error)));
+  const told = ({ code, message }) => ({ code, message });
+`;
+
+for (const [name, three, outcome] of [
+  ["works with Vite and A-Frame, which share a three.js", "aframe/node_modules/three", { isOne: true }],
+  ["says so where A-Frame has a three.js of its own", "three", { code: "invalid-argument" }],
+]) {
+  test(`the packed package ${name}`, { timeout: SLOW_MS }, async () => {
+    const root = await mkdtemp(join(folder, "aframe-"));
+    await mkdir(join(root, "node_modules"));
+    await cp(join(folder, "node_modules", "deepsft"), join(root, "node_modules", "deepsft"), { recursive: true });
+    await symlink(join(WWW, "node_modules", "aframe"), join(root, "node_modules", "aframe"));
+    await symlink(join(WWW, "node_modules", three), join(root, "node_modules", "three"));
+    await writeFile(join(root, "main.js"), WITH_AFRAME);
+    await writeFile(join(root, "index.html"), html('<script type="module" src="/main.js"></script>'));
+    await buildWithVite({ root, logLevel: "error", configFile: false });
+    const server = await serve({ folders: { "/models/": join(ROOT, "models"), "/": join(root, "dist") } });
+    const page = await browser.newPage();
+    await page.goto(`${server.origin}/`);
+    await page.waitForFunction(() => globalThis.outcome, undefined, { timeout: SLOW_MS });
+    const { message, ...seen } = await page.evaluate(() => globalThis.outcome);
+    assert.deepEqual(seen, outcome, message);
+    await page.close();
+    await server.close();
+  });
+}
+
 /** A port that nobody has, for servers that take none for any. */
 async function freePort() {
   const { port, close } = await serve();
