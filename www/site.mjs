@@ -92,7 +92,7 @@ async function minifyThree(sources, made) {
  */
 async function addressPicture(sources, made, address) {
   const named = join(made, "index.html");
-  await writeFile(named, (await readFile(sources.get("index.html"), "utf8")).replace(PICTURE, `$1${new URL(".", address)}`));
+  await writeFile(named, (await readFile(sources.get("index.html"), "utf8")).replace(PICTURE, `$1${address.replace(/\/*$/, "/")}`));
   sources.set("index.html", named);
 }
 

@@ -60,21 +60,15 @@ AFRAME.registerComponent("deepsft", {
       scene.camera.el.setObject3D("camera", view.camera);
       Object.assign(scene, { camera: view.camera });
       for (const name of EVENTS) view.addEventListener(name, (/** @type {CustomEvent} */ { detail }) => tell(name, detail));
-      if (scene.renderStarted) this.pace();
-      else scene.addEventListener("renderstart", () => this.pace(), { once: true, signal });
+      // Where the processor draws, A-Frame draws what is new alone.
+      const pace = () => scene.renderer.setAnimationLoop((time, frame) => (this.view?.due ?? true) && scene.render(time, frame));
+      if (scene.renderStarted) pace();
+      else scene.addEventListener("renderstart", pace, { once: true, signal });
       tell("started", { view });
       if (print) await view.sheet().print(print);
     } catch (error) {
       if (!signal.aborted) tell("error", { error: asDeepSftError(error) });
     }
-  },
-
-  /** Where the processor draws, A-Frame draws what is new alone. @this {any} */
-  pace() {
-    const { renderer, render } = /** @type {SceneElement} */ (this.el);
-    renderer.setAnimationLoop((time, frame) => {
-      if (this.view?.due ?? true) render(time, frame);
-    });
   },
 
   /** @this {any} */
@@ -104,7 +98,7 @@ AFRAME.registerComponent("deepsft-anchor", {
     // What is loaded later casts its shadow too.
     this.take = () => this.anchor?.add(this.el.object3D);
     this.el.sceneEl.addEventListener("started", this.stand);
-    for (const name of ["object3dset", "model-loaded"]) this.el.addEventListener(name, this.take);
+    this.el.addEventListener("object3dset", this.take);
   },
 
   /** @this {any} */
@@ -121,7 +115,7 @@ AFRAME.registerComponent("deepsft-anchor", {
   /** @this {any} */
   remove() {
     this.el.sceneEl.removeEventListener("started", this.stand);
-    for (const name of ["object3dset", "model-loaded"]) this.el.removeEventListener(name, this.take);
+    this.el.removeEventListener("object3dset", this.take);
     this.anchor?.removeFromParent();
   },
 });
