@@ -60,7 +60,13 @@ const ARROWS: &[(&str, &[&str])] = &[
     ),
     (
         "deepsft-baselines",
-        &["deepsft", "deepsft-synth", "deepsft-formats", "deepsft-geometry"],
+        &[
+            "deepsft",
+            "deepsft-synth",
+            "deepsft-train",
+            "deepsft-formats",
+            "deepsft-geometry",
+        ],
     ),
     (
         "deepsft-fuzz",

@@ -2,6 +2,8 @@
 
 use crate::dof::Dof;
 use crate::figure::{self, Panel};
+use crate::frames::{Condition, stills};
+use crate::maps_file;
 use crate::methods::{Method, Methods};
 use crate::stopwatch::Stopwatch;
 use crate::table::{self, FrameErrors, Row};
@@ -24,7 +26,8 @@ const DRAWN: usize = 4;
 #[command(after_help = "\
 The frames are those of short clips by our renderer: one second at 30 frames per second, of which every fifth frame is measured. The sheet bends
 as paper does and moves as in two hands. --stills takes the single images that the shipped models are trained on instead, with harder bends, light
-and camera effects; optical flow has no video there. The camera is the training camera, 480 x 270 pixels.
+and camera effects; optical flow has no video there. --condition makes the light, occluders or motion blur harder there, or takes the canonical
+images of the paper's cameras. The camera is the training camera, 480 x 270 pixels.
 
 Methods:
   ch17-gtr    Chhatkuli et al. 2017: closed form and surface integration, from the true registration
@@ -33,6 +36,9 @@ Methods:
   dof         that registration itself
   ngo15       Ngo, Ostlund, Fua 2015: Laplacian mesh from matches of our features
   features    ours, without training
+  hdm-net, ismo-gan      Golyanik et al. 2018, Shimada et al. 2019: the grid of a sheet by a network, trained by `train`
+  dense-depth, bts       Alhashim and Wonka 2018, Lee et al. 2019: depth of any scene, with their authors' weights; those are not read here, the rows stay empty
+  dense-depth-ft, bts-ft the same, trained by `train` on our samples alone; depth inside the true mask, no registration
   network, network-fit   ours, with the bundle of --model
 
 The table has mean / median over the frames, over the pixels that are in both masks. E_pr is the paper's photometric error, not corrected for
@@ -61,12 +67,27 @@ pub struct CompareArguments {
     /// Single images as of training, instead of the frames of clips
     #[arg(long)]
     stills: bool,
+    /// What is harder in the stills
+    #[arg(
+        long,
+        value_name = "NAME",
+        value_enum,
+        default_value = "trained",
+        requires = "stills"
+    )]
+    condition: Condition,
     /// Methods, separated by commas [default: all that frames and --model allow]
     #[arg(long, value_name = "NAMES", value_enum, value_delimiter = ',')]
     methods: Vec<Method>,
     /// Model bundle of the same template, for the rows of the network
     #[arg(long, value_name = "BUNDLE")]
     model: Option<PathBuf>,
+    /// Folder of networks that `train` has trained for the same template; rows without one stay empty
+    #[arg(long, value_name = "DIR")]
+    trained: Option<PathBuf>,
+    /// Folder for every method's answers, in the layout that `benchmark score` reads
+    #[arg(long, value_name = "DIR")]
+    predictions: Option<PathBuf>,
     /// Folder for the table and the figure
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
@@ -99,7 +120,11 @@ impl CompareArguments {
             .iter()
             .filter_map(|m| Some(m.to_possible_value()?.get_name().to_owned()))
             .collect();
-        let stills = if self.stills { " --stills" } else { "" };
+        let condition = self.condition.to_possible_value();
+        let condition = condition.map_or_else(String::new, |value| {
+            format!(" --stills --condition {}", value.get_name())
+        });
+        let stills = if self.stills { condition } else { String::new() };
         format!(
             "deepsft-baselines compare --frames {} --seed {}{stills} --methods {}",
             self.frames,
@@ -118,21 +143,28 @@ pub fn run(arguments: &CompareArguments) -> Result<()> {
             arguments.template.display()
         );
     }
+    let runner = Methods::new(&template, arguments.model.as_deref(), arguments.trained.as_deref())?;
+    let row = |&method: &Method| Row {
+        label: method.label().to_owned(),
+        measured: method.measured(),
+        stated: None,
+        missing: runner.missing(method),
+        frames: Vec::new(),
+    };
     let mut comparison = Comparison {
-        runner: Methods::new(&template, arguments.model.as_deref())?,
-        rows: methods
-            .iter()
-            .map(|&method| Row {
-                method,
-                frames: Vec::new(),
-            })
-            .collect(),
+        measured: 0,
+        methods: methods.clone(),
+        predictions: arguments.predictions.clone(),
+        rows: methods.iter().map(row).collect(),
+        runner,
         panels: Vec::new(),
         drawn_each: (arguments.frames as usize).div_ceil(DRAWN),
         template,
     };
     if arguments.stills {
-        comparison.stills(arguments.frames, arguments.seed)?;
+        let (template, condition) = (comparison.template.clone(), arguments.condition);
+        let each = |sample: &Sample| comparison.measure(sample, &Followed::default());
+        stills(&template, condition, arguments.seed, arguments.frames, each)?;
     } else {
         comparison.clips(arguments.frames as usize, arguments.seed)?;
     }
@@ -177,6 +209,10 @@ impl Followed {
 /// Methods at work on frames.
 struct Comparison {
     template: Template,
+    /// Frames so far.
+    measured: usize,
+    methods: Vec<Method>,
+    predictions: Option<PathBuf>,
     runner: Methods,
     rows: Vec<Row>,
     panels: Vec<Vec<Panel>>,
@@ -185,30 +221,8 @@ struct Comparison {
 }
 
 impl Comparison {
-    fn measured(&self) -> usize {
-        self.rows.first().map_or(0, |row| row.frames.len())
-    }
-
     fn needs_video(&self) -> bool {
-        self.rows.iter().any(|row| row.method.needs_video())
-    }
-
-    /// Single images of `seed`.
-    fn stills(&mut self, frames: u64, seed: u64) -> Result<()> {
-        let config = SynthConfig {
-            empty_probability: 0.0,
-            ..SynthConfig::default()
-        };
-        let synthesizer = Synthesizer::new(&self.template, config)?;
-        for index in 0..2 * frames {
-            if self.measured() < frames as usize {
-                let sample = synthesizer.sample(seed, index);
-                if sample.has_template {
-                    self.measure(&sample, &Followed::default())?;
-                }
-            }
-        }
-        Ok(())
+        self.methods.iter().any(|method| method.needs_video())
     }
 
     /// Frames of clips from `seed` on.
@@ -222,7 +236,7 @@ impl Comparison {
             let story = ClipStory::new(&synthesizer, length.clone(), ClipEvent::Motion, seed + clip)?;
             let mut flow = Followed::default();
             for frame in 0..CLIP_FRAMES {
-                if self.measured() == frames {
+                if self.measured == frames {
                     return Ok(());
                 }
                 let is_measured = frame % MEASURED_EACH == MEASURED_EACH - 1;
@@ -243,26 +257,38 @@ impl Comparison {
 
     /// Runs every method on a frame.
     fn measure(&mut self, sample: &Sample, flow: &Followed) -> Result<()> {
-        let is_drawn = self.measured().is_multiple_of(self.drawn_each);
+        let is_drawn = self.measured.is_multiple_of(self.drawn_each);
         let mut panels = vec![figure::image(sample)];
-        for row in &mut self.rows {
+        let rows = self.methods.iter().zip(&mut self.rows);
+        for (&method, row) in rows.filter(|(_, row)| row.missing.is_none()) {
             let began = Stopwatch::start();
-            let answer = self.runner.answer(row.method, sample, flow.registration.as_ref())?;
-            let seconds = match row.method {
+            let answer = self.runner.answer(method, sample, flow.registration.as_ref())?;
+            let seconds = match method {
                 Method::Dof => flow.seconds,
                 _ => began.seconds(),
             };
-            let errors = FrameErrors::of(row.method, answer.as_ref(), sample, &self.template, seconds)?;
-            if row.method.has_depth() {
-                let (label, rmse) = (row.method.label(), errors.depth_rmse_mm);
+            let errors = FrameErrors::of(row.measured, answer.as_ref(), sample, &self.template, Some(seconds))?;
+            if row.measured.depth {
+                let (label, rmse) = (row.label.as_str(), errors.depth_rmse_mm);
                 panels.push(figure::depth_error(label, answer.as_ref(), &sample.truth, rmse));
             }
             row.frames.push(errors);
+            if let (Some(folder), Some(value)) = (&self.predictions, method.to_possible_value()) {
+                let folder = folder.join(value.get_name());
+                maps_file::write(
+                    &folder,
+                    self.measured,
+                    answer.as_ref(),
+                    sample.truth.size(),
+                    row.measured.registration,
+                )?;
+            }
         }
         if is_drawn {
             self.panels.push(panels);
         }
-        eprintln!("{} frames", self.measured());
+        self.measured += 1;
+        eprintln!("{} frames", self.measured);
         Ok(())
     }
 }

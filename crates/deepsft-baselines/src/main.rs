@@ -1,7 +1,8 @@
-//! The `deepsft-baselines` command: the classical methods of the paper's tables, measured beside ours on the same frames. It is not published.
+//! The `deepsft-baselines` command: the methods of the paper's tables, classical and networks, measured beside ours on the same frames. It is not published.
 
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
+mod benchmark;
 mod ch17;
 mod ch17r;
 mod compare;
@@ -9,18 +10,22 @@ mod dof;
 mod figure;
 mod flow;
 mod frame;
+mod frames;
+mod maps_file;
 mod methods;
+mod networks;
 mod ngo15;
 mod ours;
 mod reduced;
 mod spline;
 mod stopwatch;
 mod table;
+mod train;
 
 use anyhow::Result;
 use clap::{Parser, Subcommand};
 
-/// The classical methods of the DeepSfT paper's tables beside ours.
+/// The methods of the DeepSfT paper's tables beside ours.
 #[derive(Parser)]
 #[command(version, propagate_version = true)]
 struct Arguments {
@@ -32,11 +37,17 @@ struct Arguments {
 enum Command {
     /// Run methods on the same synthetic frames and print the paper's table.
     Compare(compare::CompareArguments),
+    /// Make frames for everybody's method, and score predictions on them.
+    Benchmark(benchmark::BenchmarkArguments),
+    /// Train a network of others on our synthetic samples.
+    Train(train::TrainArguments),
 }
 
 fn main() -> Result<()> {
     match Arguments::parse().command {
         Command::Compare(arguments) => compare::run(&arguments),
+        Command::Benchmark(arguments) => benchmark::run(&arguments),
+        Command::Train(arguments) => train::run(&arguments),
     }
 }
 

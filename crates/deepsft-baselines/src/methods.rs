@@ -3,9 +3,13 @@
 use crate::ch17::{Ch17, Ch17Surface};
 use crate::ch17r::Ch17r;
 use crate::frame::{Correspondence, correspondences};
+use crate::networks::{Checkpoint, Rival, RivalNetwork, Said};
 use crate::ngo15::Ngo15;
 use crate::ours::{self, Network};
+use crate::table::Measured;
 use anyhow::{Context, Result};
+use burn::module::Module;
+use burn::tensor::Device;
 use clap::ValueEnum;
 use deepsft::TargetFinder;
 use deepsft::features::{FeatureFinder, Features};
@@ -17,6 +21,9 @@ use std::path::Path;
 
 /// Matches that NGO15 is given: of some hundred nearly all of the clearest are right, and of the others few.
 const CLEAREST: usize = 120;
+
+/// Least depth of a vertex that can be drawn, mm.
+const NEAREST_MM: f64 = 1.0;
 
 /// A row of the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -33,6 +40,18 @@ pub enum Method {
     Dof,
     /// Laplacian mesh from sparse matches
     Ngo15,
+    /// HDM-Net of --trained
+    HdmNet,
+    /// IsMo-GAN of --trained
+    IsmoGan,
+    /// DenseDepth with its authors' weights, which we do not read: an empty row
+    DenseDepth,
+    /// DenseDepth of --trained
+    DenseDepthFt,
+    /// BTS with its authors' weights: an empty row
+    Bts,
+    /// BTS of --trained
+    BtsFt,
     /// Ours without training: features and the fit of the mesh
     Features,
     /// Ours: the network of --model
@@ -51,15 +70,26 @@ impl Method {
             Self::Ch17rDof => "CH17R+DOF",
             Self::Dof => "DOF",
             Self::Ngo15 => "NGO15",
+            Self::HdmNet => "HDM-Net",
+            Self::IsmoGan => "IsMo-GAN",
+            Self::DenseDepth => "DenseDepth",
+            Self::DenseDepthFt => "DenseDepth+FT",
+            Self::Bts => "BTS",
+            Self::BtsFt => "BTS+FT",
             Self::Features => "ours, without training",
             Self::Network => "ours, network",
             Self::NetworkFit => "ours, network and fit",
         }
     }
 
-    /// Whether the registration is given to it and not its own.
-    pub fn is_registered(self) -> bool {
-        matches!(self, Self::Ch17Gtr | Self::Ch17rGtr | Self::Ch17Dof | Self::Ch17rDof)
+    /// What of its answers counts: depth but of optical flow, a registration but of networks for depth.
+    pub fn measured(self) -> Measured {
+        let is_depth_alone = matches!(self, Self::DenseDepth | Self::DenseDepthFt | Self::Bts | Self::BtsFt);
+        Measured {
+            depth: self != Self::Dof,
+            registration: !is_depth_alone,
+            given: matches!(self, Self::Ch17Gtr | Self::Ch17rGtr | Self::Ch17Dof | Self::Ch17rDof),
+        }
     }
 
     /// Whether it needs --model.
@@ -67,9 +97,15 @@ impl Method {
         matches!(self, Self::Network | Self::NetworkFit)
     }
 
-    /// Whether it says depths, and not registration alone.
-    pub fn has_depth(self) -> bool {
-        self != Self::Dof
+    /// The network of others that it is, if we can train it.
+    fn rival(self) -> Option<Rival> {
+        match self {
+            Self::HdmNet => Some(Rival::HdmNet),
+            Self::IsmoGan => Some(Rival::IsmoGan),
+            Self::DenseDepthFt => Some(Rival::DenseDepth),
+            Self::BtsFt => Some(Rival::Bts),
+            _ => None,
+        }
     }
 
     /// Whether it needs the frames of a video.
@@ -87,15 +123,25 @@ pub struct Methods {
     matcher: FeatureFinder,
     features: TargetFinder,
     network: Option<Network>,
+    rivals: Vec<(Rival, RivalNetwork)>,
 }
 
 impl Methods {
-    /// Prepares them for `template`, a sheet, with the network in the folder `model`.
+    /// Prepares them for `template`, a sheet, with the network in the folder `model` and those of others in `trained`.
     ///
     /// # Errors
-    /// For a template that is no sheet; where the bundle cannot be read.
-    pub fn new(template: &Template, model: Option<&Path>) -> Result<Self> {
+    /// For a template that is no sheet; where the bundle or a trained network cannot be read.
+    pub fn new(template: &Template, model: Option<&Path>, trained: Option<&Path>) -> Result<Self> {
+        let mut rivals = Vec::new();
+        for rival in Rival::value_variants() {
+            let folder = trained.map(|folder| folder.join(rival.name()));
+            let read = |folder: std::path::PathBuf| Checkpoint::read(&folder, template, &Device::flex());
+            if let Some(checkpoint) = folder.map(read).transpose()?.flatten() {
+                rivals.push((checkpoint.state.method, checkpoint.network.valid()));
+            }
+        }
         Ok(Self {
+            rivals,
             ch17r: Ch17r::new(template)?,
             ngo15: Ngo15::new(template)?,
             matcher: FeatureFinder::new(template.clone())?,
@@ -103,6 +149,16 @@ impl Methods {
             network: model.map(|folder| Network::read(folder, template)).transpose()?,
             template: template.clone(),
         })
+    }
+
+    /// Why the row of `method` has to stay empty; `None` where it can run.
+    pub fn missing(&self, method: Method) -> Option<String> {
+        if matches!(method, Method::DenseDepth | Method::Bts) {
+            return Some("no weights: its authors', of NYU Depth v2, are not read here".to_owned());
+        }
+        let rival = method.rival()?;
+        let is_trained = self.rivals.iter().any(|(trained, _)| *trained == rival);
+        (!is_trained).then(|| format!("no weights: `train {}`, then --trained", rival.name()))
     }
 
     /// The depth and registration that `method` has of a frame, and `flow` is its registration by optical flow. `None` where it finds
@@ -123,6 +179,21 @@ impl Methods {
                 vertices.map(|vertices| self.drawn(&vertices, camera))
             }
             Method::Dof => flow.cloned(),
+            Method::HdmNet
+            | Method::IsmoGan
+            | Method::DenseDepth
+            | Method::DenseDepthFt
+            | Method::Bts
+            | Method::BtsFt => {
+                let network = self.rivals.iter().find(|(rival, _)| Some(*rival) == method.rival());
+                match network.context("no weights")?.1.say(image, &Device::flex())? {
+                    Said::Depth(maps) => Some(maps),
+                    Said::Vertices(vertices) => {
+                        let is_ahead = vertices.iter().all(|p| p.is_finite() && p.z > NEAREST_MM);
+                        is_ahead.then(|| self.drawn(&vertices, camera))
+                    }
+                }
+            }
             Method::Features => ours::fitted_maps(&mut self.features, image, camera)?,
             Method::Network => self.network.as_ref().context("no --model")?.maps(image, camera)?,
             Method::NetworkFit => {

@@ -38,3 +38,11 @@ fn processor_s() -> Option<f64> {
     let mut ticks = || words.next()?.parse::<f64>().ok();
     Some((ticks()? + ticks()?) / TICKS_PER_S)
 }
+
+/// The processor that times are taken on, as Linux names it.
+pub fn hardware() -> String {
+    let cpuinfo = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let named = cpuinfo.lines().find(|line| line.starts_with("model name"));
+    let name = named.and_then(|line| Some(line.split_once(':')?.1.trim().to_owned()));
+    name.unwrap_or_else(|| format!("a processor of {}", std::env::consts::ARCH))
+}

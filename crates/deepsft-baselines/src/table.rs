@@ -1,6 +1,6 @@
 //! Errors of methods over frames, and the table of them.
 
-use crate::methods::Method;
+use crate::stopwatch::hardware;
 use anyhow::Result;
 use deepsft_geometry::metrics::{Summary, frame_metrics};
 use deepsft_geometry::{Maps, Template, photo_consistency_error};
@@ -19,21 +19,32 @@ pub struct FrameErrors {
     pub photo_consistency_error: Option<f64>,
     /// Fraction of the true mask that is answered.
     pub coverage: Option<f64>,
-    /// Processor time of the answer, s.
-    pub seconds: f64,
+    /// Processor time of the answer, s, where it was taken.
+    pub seconds: Option<f64>,
+}
+
+/// What of an answer counts.
+#[derive(Clone, Copy, Debug)]
+pub struct Measured {
+    /// Its depth.
+    pub depth: bool,
+    /// Its registration.
+    pub registration: bool,
+    /// That registration was given to it.
+    pub given: bool,
 }
 
 impl FrameErrors {
-    /// The errors of the `answer` of `method`, which took `seconds`, against the truth of `sample`.
+    /// The errors of an `answer`, which took `seconds`, against the truth of `sample`.
     ///
     /// # Errors
     /// When the answer is not of the size of the sample.
     pub fn of(
-        method: Method,
+        measured: Measured,
         answer: Option<&Maps>,
         sample: &Sample,
         template: &Template,
-        seconds: f64,
+        seconds: Option<f64>,
     ) -> Result<Self> {
         let Some(answer) = answer else {
             return Ok(Self {
@@ -47,9 +58,10 @@ impl FrameErrors {
         }
         let metrics = frame_metrics(&seen, &sample.truth, &sample.camera, template)?;
         Ok(Self {
-            depth_rmse_mm: metrics.depth_rmse_mm.filter(|_| method.has_depth()),
-            registration_rmse_px: metrics.registration_rmse_px,
-            photo_consistency_error: photo_consistency_error(&sample.image, template.texture(), &seen),
+            depth_rmse_mm: metrics.depth_rmse_mm.filter(|_| measured.depth),
+            registration_rmse_px: metrics.registration_rmse_px.filter(|_| measured.registration),
+            photo_consistency_error: photo_consistency_error(&sample.image, template.texture(), &seen)
+                .filter(|_| measured.registration),
             coverage: metrics.coverage,
             seconds,
         })
@@ -59,8 +71,14 @@ impl FrameErrors {
 /// A row of the table: a method and its errors, frame by frame.
 #[derive(Debug)]
 pub struct Row {
-    /// The method.
-    pub method: Method,
+    /// Its name.
+    pub label: String,
+    /// What of its answers counts.
+    pub measured: Measured,
+    /// How fast and on what its authors say it is, where we did not take its time.
+    pub stated: Option<String>,
+    /// Why it is not run, if so.
+    pub missing: Option<String>,
     /// One entry per frame.
     pub frames: Vec<FrameErrors>,
 }
@@ -79,8 +97,9 @@ impl Row {
     }
 
     /// Frames per second of processor time.
-    fn frames_per_second(&self) -> f64 {
-        self.frames.len() as f64 / self.frames.iter().map(|frame| frame.seconds).sum::<f64>()
+    fn frames_per_second(&self) -> Option<f64> {
+        let seconds: Option<f64> = self.frames.iter().map(|frame| frame.seconds).sum();
+        seconds.filter(|s| *s > 0.0).map(|s| self.frames.len() as f64 / s)
     }
 
     fn registration(&self) -> Option<Summary> {
@@ -105,7 +124,9 @@ impl Row {
                 .collect()
         };
         let mut row = of(|summary| summary.mean);
-        row.insert("method".to_owned(), json!(self.method.label()));
+        row.insert("method".to_owned(), json!(self.label));
+        row.insert("stated".to_owned(), json!(self.stated));
+        row.insert("missing".to_owned(), json!(self.missing));
         row.insert("answered".to_owned(), json!(self.answered()));
         row.insert("frames_per_second".to_owned(), json!(self.frames_per_second()));
         row.insert("median".to_owned(), json!(of(|summary| summary.median)));
@@ -126,22 +147,29 @@ pub fn markdown(rows: &[Row]) -> String {
         None => "-".to_owned(),
     };
     for row in rows {
-        let registration = match row.method.is_registered() {
+        if let Some(missing) = &row.missing {
+            lines.push(format!("| {} | {missing} | - | - | - | - | - |", row.label));
+            continue;
+        }
+        let registration = match row.measured.given {
             true => "given".to_owned(),
             false => number(row.registration(), 2),
         };
         lines.push(format!(
-            "| {} | {} of {} | {} | {registration} | {} | {} | {:.2} |",
-            row.method.label(),
+            "| {} | {} of {} | {} | {registration} | {} | {} | {} |",
+            row.label,
             row.answered(),
             row.frames.len(),
             number(row.summary(|frame| frame.depth_rmse_mm), 2),
             number(row.summary(|frame| frame.photo_consistency_error), 3),
             row.summary(|frame| frame.coverage)
                 .map_or_else(|| "-".to_owned(), |covered| format!("{:.2}", covered.mean)),
-            row.frames_per_second(),
+            (row.frames_per_second().map(|rate| format!("{rate:.2}")))
+                .or_else(|| row.stated.clone())
+                .unwrap_or_else(|| "-".to_owned()),
         ));
     }
+    lines.push(format!("\nMean / median. Our times are on {}.", hardware()));
     lines.join("\n")
 }
 
@@ -153,6 +181,6 @@ pub fn json_bytes(rows: &[Row], command: &str) -> Result<Vec<u8>> {
     let rows: Vec<Value> = rows.iter().map(Row::json).collect();
     let version = env!("CARGO_PKG_VERSION");
     Ok(serde_json::to_vec_pretty(
-        &json!({"command": command, "deepsft_version": version, "rows": rows}),
+        &json!({"command": command, "hardware": hardware(), "deepsft_version": version, "rows": rows}),
     )?)
 }

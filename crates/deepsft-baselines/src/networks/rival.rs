@@ -1,0 +1,154 @@
+//! A network of others by its name: its weights, its loss, and what it answers.
+
+use super::batch::{Batch, M_PER_MM};
+use super::bts::Bts;
+use super::dense_depth::DenseDepth;
+use super::hdm_net::HdmNet;
+use super::ismo_gan::IsMoGan;
+use anyhow::{Result, anyhow};
+use burn::module::Module;
+use burn::tensor::{Device, Tensor};
+use clap::ValueEnum;
+use deepsft_geometry::glam::DVec3;
+use deepsft_geometry::{Maps, Picture};
+use serde::{Deserialize, Serialize};
+
+/// A network that can be trained.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Rival {
+    /// HDM-Net (Golyanik et al. 2018): the sheet's grid
+    HdmNet,
+    /// IsMo-GAN (Shimada et al. 2019): the same, adversarial
+    IsmoGan,
+    /// DenseDepth (Alhashim, Wonka 2018): depth alone
+    DenseDepth,
+    /// BTS (Lee et al. 2019): depth alone
+    Bts,
+}
+
+impl Rival {
+    /// The name of its folder.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::HdmNet => "hdm-net",
+            Self::IsmoGan => "ismo-gan",
+            Self::DenseDepth => "dense-depth",
+            Self::Bts => "bts",
+        }
+    }
+}
+
+/// A network with its weights.
+#[derive(Module, Debug)]
+pub enum RivalNetwork {
+    HdmNet(HdmNet),
+    IsmoGan(IsMoGan),
+    DenseDepth(DenseDepth),
+    Bts(Bts),
+}
+
+/// What a network says of an image.
+#[derive(Clone, Debug)]
+pub enum Said {
+    /// The sheet's vertices, mm, camera frame.
+    Vertices(Vec<DVec3>),
+    /// Maps of depth alone, of every pixel: their registration means nothing.
+    Depth(Maps),
+}
+
+impl RivalNetwork {
+    /// New weights of `1 / divisor` of the full widths, for sheets with `grid` (columns, rows) vertices.
+    pub fn new(rival: Rival, grid: (usize, usize), divisor: usize, device: &Device) -> Self {
+        match rival {
+            Rival::HdmNet => Self::HdmNet(HdmNet::new(3, grid, divisor, device)),
+            Rival::IsmoGan => Self::IsmoGan(IsMoGan::new(grid, divisor, device)),
+            Rival::DenseDepth => Self::DenseDepth(DenseDepth::new(divisor, device)),
+            Rival::Bts => Self::Bts(Bts::new(divisor, device)),
+        }
+    }
+
+    /// What training minimises, [1].
+    pub fn loss(&self, batch: &Batch) -> Tensor<1> {
+        match self {
+            Self::HdmNet(network) => network.loss(batch),
+            Self::IsmoGan(network) => network.loss(batch),
+            Self::DenseDepth(network) => network.loss(batch),
+            Self::Bts(network) => network.loss(batch),
+        }
+    }
+
+    /// What it says of `picture`; the network is on the plain `device`.
+    ///
+    /// # Errors
+    /// When the device fails.
+    pub fn say(&self, picture: &Picture, device: &Device) -> Result<Said> {
+        let images = Batch::image(picture, device);
+        let values = |tensor: Tensor<4>| {
+            tensor
+                .into_data()
+                .try_to_vec::<f32>()
+                .map_err(|error| anyhow!("{error:?}"))
+        };
+        let vertices = |points: Tensor<4>| -> Result<Said> {
+            let values = values(points)?;
+            let count = values.len() / 3;
+            let of = |k: usize| [0, 1, 2].map(|axis| f64::from(values[axis * count + k] / M_PER_MM));
+            Ok(Said::Vertices((0..count).map(|k| DVec3::from(of(k))).collect()))
+        };
+        let depth = |depth: Tensor<4>| -> Result<Said> {
+            let [.., padded_width] = depth.dims();
+            let values = values(depth)?;
+            let (width, height) = (picture.width(), picture.height());
+            let mut maps = Maps::empty((width, height));
+            for pixel in 0..width * height {
+                maps.set(
+                    pixel,
+                    values[pixel / width * padded_width + pixel % width] / M_PER_MM,
+                    [0.0; 2],
+                );
+            }
+            Ok(Said::Depth(maps))
+        };
+        match self {
+            Self::HdmNet(network) => vertices(network.points(images)),
+            Self::IsmoGan(network) => vertices(network.points(images)),
+            Self::DenseDepth(network) => depth(network.depth(images)),
+            Self::Bts(network) => depth(network.depth(images)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use burn::module::{ModuleVisitor, Param};
+
+    /// Counts weights that learn: no running means and variances.
+    struct Learning(usize);
+
+    impl ModuleVisitor for Learning {
+        fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
+            self.0 += if param.is_require_grad() {
+                param.shape().num_elements()
+            } else {
+                0
+            };
+        }
+    }
+
+    #[test]
+    fn full_networks_have_the_parameters_that_their_authors_print() {
+        let device = Device::flex().autodiff();
+        let parameters = |rival| {
+            let mut learning = Learning(0);
+            RivalNetwork::new(rival, (73, 73), 1, &device).visit(&mut learning);
+            learning.0
+        };
+        // DenseDepth: "42.6M" (table 1 of the article). BTS of DenseNet-161: "47.0M" (the authors' page).
+        assert_eq!(parameters(Rival::DenseDepth), 42_657_689);
+        assert_eq!(parameters(Rival::Bts), 47_000_688);
+        // Nobody prints these: they tell a change.
+        assert_eq!([Rival::HdmNet, Rival::IsmoGan].map(parameters), [2_107_779, 4_629_253]);
+    }
+}
