@@ -247,8 +247,9 @@ mod tests {
         for (method, updates, left) in [
             (Rival::HdmNet, 300, 0.1),
             (Rival::IsmoGan, 300, 0.15),
-            (Rival::DenseDepth, 60, 0.05),
-            (Rival::Bts, 60, 0.05),
+            // An untrained DenseDepth says 10 m: what is left is far below the spread of the sheet's depths.
+            (Rival::DenseDepth, 150, 0.002),
+            (Rival::Bts, 150, 0.02),
         ] {
             let mut training = Training::new(state(method, &template), &template).unwrap();
             let before = error_mm(&training.network, &sample);

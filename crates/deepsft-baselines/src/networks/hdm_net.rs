@@ -16,7 +16,7 @@
 //!
 //! * Images are 480 x 270, the grid that of the template: DeepSfT adapted both sizes too. The code is this: 1/8 of the image's size and 128 channels.
 //! * The article's sheet fills the image, ours lies anywhere: shortcuts bridge convolutions of growing dilation, so that every cell sees the
-//!   whole image, and the decoder is told each cell's place on the sheet. Layers between the three sizes are our choice; no parameter count is printed.
+//!   whole image, and the decoder is told each cell's place on the sheet. Layers between the three sizes are our choice; we know of no printed parameter count.
 //! * The contour loss is left out. It draws silhouettes as gradients, and our sheets leave the image and lie behind hands.
 //! * Points are the camera's, in metres; the network says their difference from a point straight ahead. w is our choice.
 //!
