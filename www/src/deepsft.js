@@ -47,6 +47,8 @@ import { TrackerWorker } from "./tracking/tracker-worker.js";
  * @property {number} [heightMm] its height; by the picture's sides when absent
  * @property {number} [aroundMm] diameter of the tin, bottle, mug or tube that the print goes around; it needs `widthMm`. A print longer
  *   than one turn covers its own end. When absent the print lies flat at rest.
+ * @property {number} [copies] how many copies of the print `follow` follows at once, up to 16; each takes the finders about as long again.
+ *   Default 1
  * @property {string} [name] for people; the file's own for a File and an address
  * @property {AbortSignal} [signal] rejects with its reason, and no target is added
  */
@@ -170,7 +172,8 @@ export class DeepSft {
    * @param {ImageInput} image
    * @param {PictureOptions} [options]
    * @returns {Promise<Target>}
-   * @throws {DeepSftError} `target-unusable`, `image-unreadable`, `image-cross-origin`, `closed`
+   * @throws {DeepSftError} `target-unusable`, `image-unreadable`, `image-cross-origin`, `closed`, `invalid-argument` for a number of copies
+   *   that is none
    */
   async addPicture(image, options = {}) {
     const source = await pictureSource(image, options);

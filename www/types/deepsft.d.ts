@@ -59,6 +59,11 @@ export type PictureOptions = {
      */
     aroundMm?: number;
     /**
+     * how many copies of the print `follow` follows at once, up to 16; each takes the finders about as long again.
+     * Default 1
+     */
+    copies?: number;
+    /**
      * for people; the file's own for a File and an address
      */
     name?: string;
@@ -140,7 +145,8 @@ export declare class DeepSft {
      * @param {ImageInput} image
      * @param {PictureOptions} [options]
      * @returns {Promise<Target>}
-     * @throws {DeepSftError} `target-unusable`, `image-unreadable`, `image-cross-origin`, `closed`
+     * @throws {DeepSftError} `target-unusable`, `image-unreadable`, `image-cross-origin`, `closed`, `invalid-argument` for a number of copies
+     *   that is none
      */
     addPicture(image: ImageInput, options?: PictureOptions): Promise<Target>;
     /**

@@ -118,6 +118,16 @@ impl Engine {
         })
     }
 
+    /// Looks for so many copies of a target's print in each frame of a video.
+    #[wasm_bindgen(js_name = lookForCopies, unchecked_return_type = "Promise<void>")]
+    pub fn look_for_copies(&self, id: u32, copies: u32) -> Promise {
+        let core = Rc::clone(&self.core);
+        settle::promise(async move {
+            core.target(id)?.look_for_copies(copies);
+            Ok(JsValue::UNDEFINED)
+        })
+    }
+
     /// Lets a target go.
     #[wasm_bindgen(js_name = removeTarget)]
     pub fn remove_target(&self, id: u32) {

@@ -110,6 +110,13 @@ impl EngineTarget {
         view_from(&self.target.canonical_camera(size), focal)
     }
 
+    /// Looks for so many copies of the print.
+    pub fn look_for_copies(&self, copies: u32) {
+        if let Some(finder) = &mut *self.finder.borrow_mut() {
+            finder.look_for_copies(copies);
+        }
+    }
+
     /// What the finders see and the image confirms, as `camera` sees it, and the maps of a network.
     pub async fn find(
         &self,

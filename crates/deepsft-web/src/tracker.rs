@@ -45,6 +45,9 @@ extern "C" {
 /// What following a sheet takes for a moment where it fills the view, for each pixel: half as much of an A4 sheet 400 mm away.
 const ROOM_BYTES: usize = 56;
 
+/// The copies of a target have its number and as many times this more: no page has so many targets.
+const COPIES_APART: u32 = 1 << 24;
+
 #[wasm_bindgen]
 impl MeshTracker {
     /// A tracker that follows nothing yet.
@@ -94,6 +97,20 @@ impl MeshTracker {
         self.adding((id, false), move || Ok((template.0, training_camera())))
     }
 
+    /// Follows up to so many copies of a target's print, which is followed already.
+    ///
+    /// Rejects with an `Error` whose `code` is `target-unusable` or `internal`.
+    #[wasm_bindgen(js_name = lookForCopies, unchecked_return_type = "Promise<void>")]
+    pub fn look_for_copies(&self, id: u32, copies: u32) -> Promise {
+        let core = Rc::clone(&self.core);
+        settle::promise(async move {
+            let session = &mut core.borrow_mut().session;
+            let added = (1..copies).try_for_each(|copy| session.add_copy(id + copy * COPIES_APART, id));
+            added.map_err(Failure::of_target)?;
+            Ok(JsValue::UNDEFINED)
+        })
+    }
+
     /// Follows a target no longer.
     #[wasm_bindgen(js_name = removeTarget)]
     pub fn remove_target(&self, id: u32) {
@@ -105,11 +122,11 @@ impl MeshTracker {
     /// infinite for a guess, 0 where nobody wants it better. `focal` is the focal length, pixels, of the canonical image that it is followed
     /// in, and `asked` the targets that finders look for in it.
     ///
-    /// Resolves to the meshes of all targets in it: `surface` (null unless found), `correlation` (of the whole visible print), solver `iterations`; whether all began `afresh` with it; the focal length
+    /// Resolves to the meshes of all targets in it, and of their copies after them: `surface` (null unless found), `correlation` (of the whole visible print), solver `iterations`; whether all began `afresh` with it; the focal length
     /// where it is told, a multiple of the given one with its standard deviation, a fraction of it; and what the next frame is for. Rejects
     /// with an `Error` whose `code` is `camera-intrinsics`, `image-unreadable` or `internal`.
     #[wasm_bindgen(
-        unchecked_return_type = "Promise<{ targets: { id: number, found: boolean, held: boolean, surface: RawSurface | null, correlation: number, iterations: number }[], afresh: boolean, focal: { ratio: number, deviation: number } | null, next: { focal: number, intervalMs: number, question: { ids: number[], onlyConfirms: boolean } | null }, warpMs: number, trackMs: number }>"
+        unchecked_return_type = "Promise<{ targets: { id: number, copy: number, found: boolean, held: boolean, surface: RawSurface | null, correlation: number, iterations: number }[], afresh: boolean, focal: { ratio: number, deviation: number } | null, next: { focal: number, intervalMs: number, question: { ids: number[], onlyConfirms: boolean } | null }, warpMs: number, trackMs: number }>"
     )]
     pub fn follow(
         &self,
@@ -159,8 +176,12 @@ impl MeshTracker {
             let [took_s, since_missed_s] = [took_ms, since_missed_ms].map(|ms| ms / 1000.0);
             let heard = core.session.answer(&answers, now_s(), took_s, since_missed_s);
             let effects = heard.map_err(|error| Failure::of_frame(&error, false))?;
-            let effect =
-                |effect: &Effect| object([("id", effect.target.into()), ("effect", effect.update.name().into())]);
+            let effect = |effect: &Effect| {
+                object([
+                    ("id", (effect.target % COPIES_APART).into()),
+                    ("effect", effect.update.name().into()),
+                ])
+            };
             Ok(object([
                 ("effects", effects.iter().map(effect).collect::<Array>().into()),
                 ("next", core.next()),
@@ -282,7 +303,8 @@ fn answer_from(answer: &RawAnswer) -> Answer {
 fn target_object(followed: &Followed) -> Object {
     let surface = followed.surface.as_ref();
     object([
-        ("id", followed.target.into()),
+        ("id", (followed.target % COPIES_APART).into()),
+        ("copy", (followed.target / COPIES_APART).into()),
         ("found", followed.found.into()),
         ("held", followed.held.into()),
         (

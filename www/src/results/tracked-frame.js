@@ -16,14 +16,17 @@ export class TrackedTarget {
   /**
    * @param {object} contents
    * @param {Target} contents.target
+   * @param {number} [contents.copy]
    * @param {SurfaceMesh | null} contents.mesh
    * @param {boolean} contents.held
    * @param {number} contents.correlation
    * @param {number} contents.iterations
    */
-  constructor({ target, mesh, held, correlation, iterations }) {
+  constructor({ target, copy = 0, mesh, held, correlation, iterations }) {
     /** What is followed. */
     this.target = target;
+    /** Which copy of its print, from 0; others than 0 where `addPicture` was asked for `copies`. A copy keeps its number while it is followed. */
+    this.copy = copy;
     /**
      * Whether it is found: from when three frames in a row have confirmed its mesh, or one strongly, until none has for 0.4 s.
      */
@@ -56,7 +59,7 @@ export class TrackedFrame {
     this.number = number;
     /** When it was shown, by the page's clock, or as it was given; milliseconds, ascending. */
     this.timeMs = timeMs;
-    /** What each target is in this frame, in the order in which they were given. */
+    /** What each target is in this frame, in the order in which they were given, and their further copies after them. */
     this.targets = targets;
     /** The camera that was used, with its source. */
     this.camera = camera;
@@ -76,13 +79,23 @@ export class TrackedFrame {
   }
 
   /**
-   * One target in this frame.
+   * One target in this frame, its first copy.
    *
    * @param {Target} target
    * @returns {TrackedTarget | undefined} undefined when it is not followed
    */
   of(target) {
     return this.targets.find((tracked) => tracked.target === target);
+  }
+
+  /**
+   * All copies of a target's print in this frame, found or not, by number.
+   *
+   * @param {Target} target
+   * @returns {TrackedTarget[]}
+   */
+  copiesOf(target) {
+    return this.targets.filter((tracked) => tracked.target === target);
   }
 
   /** Of the first target, for pages that follow one: whether it is found. */

@@ -13,7 +13,11 @@ import { DeepSftError } from "../error.js";
  * @returns {Promise<{ id: number, share: number }[]>} the targets that resemble it, where it is the engine's
  */
 export async function addSource(to, id, source) {
-  if (source.kind !== "model") return (await to.addTarget(id, await templateOf(source))) ?? [];
+  if (source.kind !== "model") {
+    const alike = (await to.addTarget(id, await templateOf(source))) ?? [];
+    if (source.kind === "picture" && source.copies > 1) await to.lookForCopies(id, source.copies);
+    return alike;
+  }
   if (!("addModel" in to)) throw new DeepSftError("internal", "The engine has its model from the start.");
   await to.addModel(id, source.files);
   return [];

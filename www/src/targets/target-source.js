@@ -9,7 +9,7 @@ import { closeFrame, readImage, transferableFrame } from "../frames/image-input.
 /**
  * What a worker makes a target of.
  *
- * @typedef {{ kind: "picture", pixels: ImageData, widthMm: number, heightMm: number, diameterMm: number | undefined, hasSize: boolean }
+ * @typedef {{ kind: "picture", pixels: ImageData, widthMm: number, heightMm: number, diameterMm: number | undefined, hasSize: boolean, copies: number }
  *   | { kind: "scan", files: Map<string, Uint8Array>, mmPerUnit: number } | { kind: "template", files: Map<string, Uint8Array> } | { kind: "model", files: Map<string, Uint8Array> }} TargetSource
  */
 
@@ -28,6 +28,9 @@ const MAX_STRETCH = 0.05;
 /** The engine counts in millimetres: so wide is a print whose width is not known. */
 const MADE_UP_MM = 200;
 
+/** Copies of one print that may be followed. */
+const MOST_COPIES = 16;
+
 const TEMPLATE_FILE = "template.json";
 
 /**
@@ -43,11 +46,11 @@ function checkSide(name, value) {
 
 /**
  * @param {ImageInput} image
- * @param {{ widthMm?: number, heightMm?: number, aroundMm?: number, signal?: AbortSignal }} size of the print, without the paper's margins
+ * @param {{ widthMm?: number, heightMm?: number, aroundMm?: number, copies?: number, signal?: AbortSignal }} options the size is that of the print, without the paper's margins
  * @returns {Promise<Extract<TargetSource, { kind: "picture" }>>}
- * @throws {DeepSftError} `target-unusable`, `image-unreadable`, `image-cross-origin`
+ * @throws {DeepSftError} `target-unusable`, `image-unreadable`, `image-cross-origin`, `invalid-argument`
  */
-export async function pictureSource(image, { widthMm: given, heightMm, aroundMm: diameterMm, signal }) {
+export async function pictureSource(image, { widthMm: given, heightMm, aroundMm: diameterMm, copies = 1, signal }) {
   const hasSize = given !== undefined || heightMm !== undefined;
   const widthMm = hasSize ? given : MADE_UP_MM;
   checkSide("widthMm", widthMm);
@@ -55,6 +58,8 @@ export async function pictureSource(image, { widthMm: given, heightMm, aroundMm:
   if (diameterMm !== undefined && !hasSize)
     throw unusable(`aroundMm is ${diameterMm}, and widthMm is missing: the width of the print on the cylinder in millimetres.`);
   if (diameterMm !== undefined) checkSide("aroundMm", diameterMm);
+  if (!(Number.isInteger(copies) && copies >= 1 && copies <= MOST_COPIES))
+    throw new DeepSftError("invalid-argument", `copies is ${copies}, expected a whole number from 1 to ${MOST_COPIES}`);
   const { frame, width, height } = await transferableFrame(await readImage(image, signal));
   try {
     const naturalMm = (widthMm * height) / width;
@@ -63,7 +68,7 @@ export async function pictureSource(image, { widthMm: given, heightMm, aroundMm:
         `The picture has ${width} x ${height} pixels, which do not fit ${widthMm} x ${heightMm} mm: the size is that of the ` +
           "picture without the paper's margins.",
       );
-    return { kind: "picture", pixels: await opaquePixels(frame), widthMm, heightMm: heightMm ?? naturalMm, diameterMm, hasSize };
+    return { kind: "picture", pixels: await opaquePixels(frame), widthMm, heightMm: heightMm ?? naturalMm, diameterMm, hasSize, copies };
   } finally {
     closeFrame(frame);
   }

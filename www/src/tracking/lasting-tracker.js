@@ -21,7 +21,7 @@ export class LastingTracker {
   /** @type {TrackerStartRequest | null} */
   #request = null;
   #deaths = 0;
-  /** Targets that were told to be found. @type {Set<number>} */
+  /** Targets that were told to be found. @type {Set<string>} */
   #found = new Set();
   /** Who knows of the questions that the finders have not answered yet. @type {(TrackerWorker | undefined)[]} */
   #asked = [];
@@ -73,8 +73,8 @@ export class LastingTracker {
     if (followed && this.#hearing === this.#worker) this.#deaths = 0;
     const tracked = followed ?? this.#lost(request);
     // A worker does not know what was told before it was started.
-    const targets = tracked.targets.map((target) => ({ ...target, changed: target.found !== this.#found.has(target.id) }));
-    this.#found = new Set(targets.flatMap(({ id, found }) => (found ? [id] : [])));
+    const targets = tracked.targets.map((target) => ({ ...target, changed: target.found !== this.#found.has(named(target)) }));
+    this.#found = new Set(targets.flatMap((target) => (target.found ? [named(target)] : [])));
     return { ...tracked, targets };
   }
 
@@ -139,8 +139,16 @@ export class LastingTracker {
    */
   #lost({ focal = CANONICAL_FOCAL }) {
     const nothing = { surface: null, correlation: 0, iterations: 0 };
-    const targets = (this.#request?.targets ?? []).map(({ id }) => ({ id, found: false, held: false, ...nothing }));
+    const targets = (this.#request?.targets ?? []).flatMap(({ id, source }) => {
+      const copies = source.kind === "picture" ? source.copies : 1;
+      return Array.from({ length: copies }, (_, copy) => ({ id, copy, found: false, held: false, ...nothing }));
+    });
     const next = { focal, intervalMs: 0, question: null };
     return { targets, afresh: true, focal: null, next, times: { warpMs: 0, trackMs: 0 }, readMs: 0 };
   }
+}
+
+/** The name of a copy of a target. @param {{ id: number, copy: number }} target */
+function named({ id, copy }) {
+  return `${id} ${copy}`;
 }

@@ -39,8 +39,9 @@ import { VideoFrames } from "../frames/video-frames.js";
  * The events of a session, by what their `detail` holds.
  *
  * @typedef {object} SessionEvents
- * @property {CustomEvent<{ target: Target, frame: TrackedFrame }>} found a target is found; told before the frame is given
- * @property {CustomEvent<{ target: Target, frame: TrackedFrame }>} lost it is found no longer; likewise
+ * @property {CustomEvent<{ target: Target, copy: number, frame: TrackedFrame }>} found a target, or a further copy of it, is found; told before the
+ *   frame is given
+ * @property {CustomEvent<{ target: Target, copy: number, frame: TrackedFrame }>} lost it is found no longer; likewise
  * @property {CustomEvent<FoundFocal>} focal the camera's focal length, once the moving, bending sheet has given it away, to 1.5 % or better,
  *   and again as it becomes surer, down to 0.5 %
  * @property {CustomEvent<{ reason: StallReason }>} stalled no frame came for three seconds
@@ -281,8 +282,8 @@ export class Session extends EventTarget {
           // Where a frame waits already, the worker follows it while the page draws this one.
           next = this.#frames.waiting ? await this.#begin(true) : null;
           if (this.#end) break;
-          for (const { changed, tracked: { target, found } } of seen)
-            if (changed) this.#tell(found ? "found" : "lost", { target, frame: tracked });
+          for (const { changed, tracked: { target, copy, found } } of seen)
+            if (changed) this.#tell(found ? "found" : "lost", { target, copy, frame: tracked });
           yield tracked;
         } finally {
           if (!tracked.kept) tracked.close();

@@ -48,9 +48,9 @@ import { WorkerCalls } from "../engine/worker-calls.js";
  */
 
 /**
- * One target in a frame: `surface` is null unless found.
+ * One copy of a target in a frame, the first with the number 0: `surface` is null unless found.
  *
- * @typedef {{ id: number, found: boolean, held: boolean, surface: RawSurface | null, correlation: number, iterations: number }} RawTrackedTarget
+ * @typedef {{ id: number, copy: number, found: boolean, held: boolean, surface: RawSurface | null, correlation: number, iterations: number }} RawTrackedTarget
  */
 
 /**

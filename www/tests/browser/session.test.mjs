@@ -60,6 +60,54 @@ for (const kind of ["canvas", "ImageBitmap", "VideoFrame"]) {
   );
 }
 
+test("copies of a print are followed, each in its place, where the page asks for them", { timeout: SLOW_MS }, () =>
+  onPage({ webgpu: false }, async ({ page }) => {
+    const texture = await readFile(TEXTURE, "base64");
+    const seen = await page.evaluate(async (base64) => {
+      const image = await createImageBitmap(await (await fetch(`data:image/png;base64,${base64}`)).blob());
+      const sft = await deepsft.DeepSft.load();
+      const refused = await codeOf(sft.addPicture(image, { widthMm: 297, copies: 0 }));
+      const target = await sft.addPicture(image, { widthMm: 297, copies: 3 });
+      const canvas = new OffscreenCanvas(960, 540);
+      const context = canvas.getContext("2d");
+      /** Two prints side by side; later the left one is covered. */
+      const draw = (isCovered) => {
+        context.fillStyle = "#556";
+        context.fillRect(0, 0, 960, 540);
+        for (const x of isCovered ? [520] : [40, 520]) context.drawImage(image, x, 130, 400, 282);
+      };
+      let covered = false;
+      async function* frames() {
+        for (let i = 0; i < 400; i++) {
+          draw(covered);
+          yield { frame: canvas, timeMs: 33 * i };
+        }
+      }
+      const events = [];
+      const session = sft.follow(frames());
+      for (const name of ["found", "lost"]) session.addEventListener(name, ({ detail }) => events.push([name, detail.copy, detail.target === target]));
+      let sides = [];
+      for await (const frame of session) {
+        const copies = frame.copiesOf(target);
+        sides = copies.map(({ copy, mesh }) => [copy, mesh && Math.sign(mesh.vertices.reduce((sum, value, i) => sum + (i % 3 === 0 ? value : 0), 0))]);
+        if (frame.of(target) !== copies[0]) throw new Error("of() is the first copy");
+        if (copies.filter(({ found }) => found).length === 2) covered = true;
+        if (events.some(([name]) => name === "lost")) break;
+      }
+      sft.close();
+      return { refused, events, sides };
+    }, texture);
+    assert.equal(seen.refused, "invalid-argument");
+    const found = seen.events.filter(([name]) => name === "found").map(([, copy]) => copy);
+    assert.deepEqual(found.toSorted(), [0, 1], JSON.stringify(seen));
+    // The one that is covered is lost, and the other stays on the right side.
+    assert.equal(seen.events.filter(([name]) => name === "lost").length, 1);
+    assert.deepEqual(seen.sides.map(([copy]) => copy), [0, 1, 2]);
+    assert.deepEqual(seen.sides.map(([, side]) => side).filter((side) => side !== null), [1], JSON.stringify(seen));
+    assert.ok(seen.events.every(([, , isOfTarget]) => isOfTarget));
+  }),
+);
+
 test("components that come and go leave no camera, worker or listener behind, also where they go at once", { timeout: SLOW_MS }, () =>
   onPage({ webgpu: false, camera, permissions }, async ({ page }) => {
     await page.evaluate(async (cycles) => {

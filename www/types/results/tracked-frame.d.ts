@@ -20,6 +20,8 @@ export type TrackedTimes = {
 export declare class TrackedTarget {
     /** What is followed. */
     target: Target;
+    /** Which copy of its print, from 0; others than 0 where `addPicture` was asked for `copies`. A copy keeps its number while it is followed. */
+    copy: number;
     /**
      * Whether it is found: from when three frames in a row have confirmed its mesh, or one strongly, until none has for 0.4 s.
      */
@@ -35,13 +37,15 @@ export declare class TrackedTarget {
     /**
      * @param {object} contents
      * @param {Target} contents.target
+     * @param {number} [contents.copy]
      * @param {SurfaceMesh | null} contents.mesh
      * @param {boolean} contents.held
      * @param {number} contents.correlation
      * @param {number} contents.iterations
      */
-    constructor({ target, mesh, held, correlation, iterations }: {
+    constructor({ target, copy, mesh, held, correlation, iterations }: {
         target: Target;
+        copy?: number;
         mesh: SurfaceMesh | null;
         held: boolean;
         correlation: number;
@@ -54,7 +58,7 @@ export declare class TrackedFrame {
     number: number;
     /** When it was shown, by the page's clock, or as it was given; milliseconds, ascending. */
     timeMs: number;
-    /** What each target is in this frame, in the order in which they were given. */
+    /** What each target is in this frame, in the order in which they were given, and their further copies after them. */
     targets: TrackedTarget[];
     /** The camera that was used, with its source. */
     camera: SourcedCamera;
@@ -88,12 +92,19 @@ export declare class TrackedFrame {
     /** Keeps the frame when the next one is asked for: it is then closed by `close()` alone. */
     keep(): void;
     /**
-     * One target in this frame.
+     * One target in this frame, its first copy.
      *
      * @param {Target} target
      * @returns {TrackedTarget | undefined} undefined when it is not followed
      */
     of(target: Target): TrackedTarget | undefined;
+    /**
+     * All copies of a target's print in this frame, found or not, by number.
+     *
+     * @param {Target} target
+     * @returns {TrackedTarget[]}
+     */
+    copiesOf(target: Target): TrackedTarget[];
     /** Of the first target, for pages that follow one: whether it is found. */
     get found(): boolean;
     /** Of the first target: the whole surface; null unless found. */

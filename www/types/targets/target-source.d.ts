@@ -7,6 +7,7 @@ export type TargetSource = {
     heightMm: number;
     diameterMm: number | undefined;
     hasSize: boolean;
+    copies: number;
 } | {
     kind: "scan";
     files: Map<string, Uint8Array>;
@@ -21,14 +22,15 @@ export type TargetSource = {
 export type TemplateInput = string | URL | Map<string, Uint8Array> | Iterable<File>;
 /**
  * @param {ImageInput} image
- * @param {{ widthMm?: number, heightMm?: number, aroundMm?: number, signal?: AbortSignal }} size of the print, without the paper's margins
+ * @param {{ widthMm?: number, heightMm?: number, aroundMm?: number, copies?: number, signal?: AbortSignal }} options the size is that of the print, without the paper's margins
  * @returns {Promise<Extract<TargetSource, { kind: "picture" }>>}
- * @throws {DeepSftError} `target-unusable`, `image-unreadable`, `image-cross-origin`
+ * @throws {DeepSftError} `target-unusable`, `image-unreadable`, `image-cross-origin`, `invalid-argument`
  */
-export declare function pictureSource(image: ImageInput, { widthMm: given, heightMm, aroundMm: diameterMm, signal }: {
+export declare function pictureSource(image: ImageInput, { widthMm: given, heightMm, aroundMm: diameterMm, copies, signal }: {
     widthMm?: number;
     heightMm?: number;
     aroundMm?: number;
+    copies?: number;
     signal?: AbortSignal;
 }): Promise<Extract<TargetSource, {
     kind: "picture";

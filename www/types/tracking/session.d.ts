@@ -17,10 +17,12 @@ export type FoundFocal = {
 };
 export type SessionEvents = {
     /**
-     * a target is found; told before the frame is given
+     * a target, or a further copy of it, is found; told before the
+     * frame is given
      */
     found: CustomEvent<{
         target: Target;
+        copy: number;
         frame: TrackedFrame;
     }>;
     /**
@@ -28,6 +30,7 @@ export type SessionEvents = {
      */
     lost: CustomEvent<{
         target: Target;
+        copy: number;
         frame: TrackedFrame;
     }>;
     /**

@@ -65,6 +65,7 @@ export type AnswerEffect = {
 };
 export type RawTrackedTarget = {
     id: number;
+    copy: number;
     found: boolean;
     held: boolean;
     surface: RawSurface | null;
@@ -133,9 +134,9 @@ export type RawTracked = {
  * @typedef {{ id: number, effect: "started" | "confirmed" | "restarted" | "dropped" | "ignored" }} AnswerEffect
  */
 /**
- * One target in a frame: `surface` is null unless found.
+ * One copy of a target in a frame, the first with the number 0: `surface` is null unless found.
  *
- * @typedef {{ id: number, found: boolean, held: boolean, surface: RawSurface | null, correlation: number, iterations: number }} RawTrackedTarget
+ * @typedef {{ id: number, copy: number, found: boolean, held: boolean, surface: RawSurface | null, correlation: number, iterations: number }} RawTrackedTarget
  */
 /**
  * The meshes in one frame as they cross from the worker.
