@@ -17,6 +17,7 @@ const SETTLED: f64 = 1e-12;
 const POSE: usize = 6;
 
 /// A camera and the pose of the target in each view that is used.
+#[derive(Clone)]
 pub struct Solution {
     pub camera: Camera,
     /// The number of the view, and the motion from the target's frame (z = 0) to the camera's.
@@ -32,6 +33,7 @@ impl Solution {
 }
 
 /// What is minimised: the distances of points in several views, and from which distance on (pixels) they count less.
+#[derive(Clone)]
 pub struct Adjustment {
     pub model: CameraModel,
     /// The index of the pose in the solution, and the point.

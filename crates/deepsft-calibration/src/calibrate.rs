@@ -26,6 +26,11 @@ const FOCAL_DEVIATION: f64 = 0.02;
 /// The same where the focal length alone is asked for, or nothing else is held: a guess is farther off.
 const LONE_FOCAL_DEVIATION: f64 = 0.2;
 
+/// Standard deviations of what a camera is not calibrated for, where its focal length alone is asked for: the principal point from the image's
+/// centre, of its longer side, and the ratio of the focal lengths along its sides from 1.
+const OFF_CENTRE: f64 = 0.01;
+const UNEVEN: f64 = 0.003;
+
 /// The residuals of one view.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
@@ -77,7 +82,7 @@ impl Calibration {
 /// It starts from Zhang's equations and minimises the distances in the image over camera and poses. Wrong points are left out, and views with
 /// fewer than 6 right ones. Without a `model` it takes the one with the fewest parameters that explains the views (Bayesian information
 /// criterion), for they may not hold more. It never chooses [`CameraModel::Fisheye`]. Of one or two views, and of those that hold little,
-/// it gives the focal length alone, up to a standard deviation of 20 %; the deviation knows nothing of a principal point off the centre.
+/// it gives the focal length alone, up to a standard deviation of 20 %. A principal point off the centre and pixels that are not square are in it.
 ///
 /// # Errors
 /// * [`CalibrationError::Views`] for no view with at least 6 right points; for a `model` other than [`CameraModel::Focal`] fewer than 3.
@@ -200,10 +205,27 @@ fn report(
     let unknowns = model.names().len() + 6 * solution.poses.len();
     let freedom = (2 * count as usize).saturating_sub(unknowns).max(1);
     let sigma_px = (all * f64::from(count) / freedom as f64).sqrt();
-    let deviations = adjustment(views, counts, model, 1e6, &solution).deviations(&solution, sigma_px);
-    let deviations = deviations.ok_or(CalibrationError::Undetermined {
+    let adjustment = adjustment(views, counts, model, 1e6, &solution);
+    let deviations = adjustment.deviations(&solution, sigma_px);
+    let mut deviations = deviations.ok_or(CalibrationError::Undetermined {
         deviation: f64::INFINITY,
     })?;
+    if model == CameraModel::Focal {
+        let (focal, size) = (solution.camera.focal().x, solution.camera.size().as_dvec2());
+        let off = OFF_CENTRE * size.max_element();
+        let ways: [&dyn Fn(DVec2) -> DVec2; 3] = [&|_| DVec2::new(off, 0.0), &|_| DVec2::new(0.0, off), &|pixel| {
+            DVec2::new(0.0, UNEVEN * (pixel.y - size.y / 2.0))
+        }];
+        for way in ways {
+            // Another focal length is as good for a camera that is so much off.
+            let mut moved = adjustment.clone();
+            moved
+                .points
+                .iter_mut()
+                .for_each(|(_, point)| point.pixel += way(point.pixel));
+            deviations[0] = deviations[0].hypot(moved.solve(solution.clone()).camera.focal().x - focal);
+        }
+    }
     let values = model.values(&solution.camera);
     let deviation = deviations[0] / values[0];
     if deviation > most {

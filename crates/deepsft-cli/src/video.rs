@@ -145,7 +145,7 @@ fn pictures(paths: Vec<PathBuf>) -> impl Iterator<Item = Result<Picture>> {
 fn file(path: &Path) -> Result<fs::File> {
     let file = fs::File::open(path)?;
     if file.metadata()?.len() == 0 {
-        bail!("it is empty (0 bytes)");
+        bail!("it is empty (0 bytes): copy it again from where it came");
     }
     Ok(file)
 }

@@ -47,7 +47,7 @@ pub(crate) fn check_jpeg_end(bytes: &[u8]) -> Result<()> {
     let decoded = JpegDecoder::new_with_options(std::io::Cursor::new(bytes), options).decode();
     decoded
         .map(drop)
-        .map_err(|_| Error::other("it was cut short: its last rows are missing"))
+        .map_err(|_| Error::other("it was cut short, its last rows are missing: copy it again from where it came"))
 }
 
 #[cfg(test)]

@@ -90,7 +90,9 @@ pub fn decode_image(bytes: &[u8], size: ImageSize) -> Result<DynamicImage, Forma
 
 fn decode(bytes: &[u8], size: Option<ImageSize>) -> Result<(DynamicImage, Orientation), FormatError> {
     if bytes.is_empty() {
-        return Err(FormatError::picture("it is empty (0 bytes)"));
+        return Err(FormatError::picture(
+            "it is empty (0 bytes): copy it again from where it came",
+        ));
     }
     check_png(bytes).map_err(FormatError::picture)?;
     guarded(|| decode_unguarded(bytes, size)).map_err(FormatError::picture)?

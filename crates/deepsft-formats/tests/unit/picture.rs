@@ -67,7 +67,10 @@ fn a_png_comes_back_as_it_was() {
 #[test]
 fn a_file_of_no_bytes_is_called_empty() {
     let error = decode_picture(&[]).unwrap_err();
-    assert_eq!(error.to_string(), "picture cannot be read: it is empty (0 bytes)");
+    assert_eq!(
+        error.to_string(),
+        "picture cannot be read: it is empty (0 bytes): copy it again from where it came"
+    );
 }
 
 #[test]

@@ -20,6 +20,9 @@ const WIDTH_MM: f64 = 210.0;
 /// What all cards of the series share, as a seed.
 const SERIES: u64 = 1;
 
+/// The card that a frame shows, and those that were found in it.
+type Looked = (usize, Vec<usize>);
+
 #[derive(Args)]
 pub struct CardsArguments {
     /// Cards of the series, all of which are looked for
@@ -86,47 +89,44 @@ pub fn run(arguments: &CardsArguments) -> Result<()> {
     let cards = cards.collect::<Result<Vec<_>, _>>()?;
     let progress = Mutex::new(Progress::of(arguments.frames, "frames"));
     let threads = rayon::current_num_threads() as u64;
-    // Of each frame the card that it shows, and those that were found.
-    let looked = (0..threads)
-        .into_par_iter()
-        .map(|thread| -> Result<Vec<(usize, Vec<usize>)>> {
-            let targets = cards
-                .iter()
-                .map(|card| TargetFinder::new(Target::from_template(card.clone())));
-            let mut finders = targets.collect::<Result<Vec<_>, _>>()?;
-            for k in 1..finders.len() {
-                let (before, now) = finders.split_at_mut(k);
-                let shares = before.iter_mut().map(|other| now[0].tell_apart(other));
-                let (least, most) = shares.fold((1.0_f64, 0.0_f64), |(least, most), share| {
-                    (least.min(share), most.max(share))
-                });
-                if thread == 0 {
-                    println!(
-                        "card {k} shares {:.0} to {:.0} % of its corners",
-                        100.0 * least,
-                        100.0 * most
-                    );
+    let looked = (0..threads).into_par_iter().map(|thread| -> Result<Vec<Looked>> {
+        let targets = cards
+            .iter()
+            .map(|card| TargetFinder::new(Target::from_template(card.clone())));
+        let mut finders = targets.collect::<Result<Vec<_>, _>>()?;
+        for k in 1..finders.len() {
+            let (before, now) = finders.split_at_mut(k);
+            let shares = before.iter_mut().map(|other| now[0].tell_apart(other));
+            let (least, most) = shares.fold((1.0_f64, 0.0_f64), |(least, most), share| {
+                (least.min(share), most.max(share))
+            });
+            if thread == 0 {
+                println!(
+                    "card {k} shares {:.0} to {:.0} % of its corners",
+                    100.0 * least,
+                    100.0 * most
+                );
+            }
+        }
+        let frames = (thread..arguments.frames).step_by(threads as usize).map(|frame| {
+            let shown = (frame % arguments.cards) as usize;
+            let sample = Synthesizer::new(&cards[shown], config.clone())?.sample(arguments.seed, frame);
+            let mut view = View::new(&sample.image, &camera);
+            let mut found = Vec::new();
+            for (k, finder) in finders.iter_mut().enumerate() {
+                if pollster::block_on(finder.estimate(&mut view))?.judgement.found {
+                    found.push(k);
                 }
             }
-            let frames = (thread..arguments.frames).step_by(threads as usize).map(|frame| {
-                let shown = (frame % arguments.cards) as usize;
-                let sample = Synthesizer::new(&cards[shown], config.clone())?.sample(arguments.seed, frame);
-                let mut view = View::new(&sample.image, &camera);
-                let mut found = Vec::new();
-                for (k, finder) in finders.iter_mut().enumerate() {
-                    if pollster::block_on(finder.estimate(&mut view))?.judgement.found {
-                        found.push(k);
-                    }
-                }
-                if let Ok(mut progress) = progress.lock() {
-                    progress.step();
-                }
-                Ok((shown, found))
-            });
-            frames.collect()
+            if let Ok(mut progress) = progress.lock() {
+                progress.step();
+            }
+            Ok((shown, found))
         });
+        frames.collect()
+    });
     let looked: Vec<_> = looked.collect::<Result<Vec<_>>>()?.into_iter().flatten().collect();
-    let count = |is: &dyn Fn(&(usize, Vec<usize>)) -> bool| looked.iter().filter(|frame| is(frame)).count();
+    let count = |is: &dyn Fn(&Looked) -> bool| looked.iter().filter(|frame| is(frame)).count();
     let found = count(&|(_, found)| !found.is_empty());
     let right = count(&|(shown, found)| found.contains(shown));
     println!(
