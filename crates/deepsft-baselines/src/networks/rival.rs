@@ -41,6 +41,10 @@ impl Rival {
 
 /// A network with its weights.
 #[derive(Module, Debug)]
+#[allow(
+    clippy::large_enum_variant,
+    reason = "there are few of them, and burn takes no boxed modules"
+)]
 pub enum RivalNetwork {
     HdmNet(HdmNet),
     IsmoGan(IsMoGan),
