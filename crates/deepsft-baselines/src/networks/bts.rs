@@ -18,7 +18,7 @@
 //!
 //! # Where we had to decide
 //!
-//! * Layers are those of the authors' code for PyTorch (DenseNet-161, 512 features), which prints 47.0 million parameters.
+//! * Layers are those of the authors' code for PyTorch (DenseNet-161, 512 features), as we know it.
 //! * The greatest depth is 2 m in place of 10; ours end at 1.2 m.
 //! * The encoder begins from nothing, where theirs begins from ImageNet; images are not turned, cut or recoloured.
 //! * Nothing says where the object is: pixels of the true mask count, as DeepSfT measures.

@@ -13,7 +13,7 @@
 //!
 //! # Where we had to decide
 //!
-//! * The decoder is the article's, which has 42.6 million parameters, and not that of the authors' code of later days, of half the width.
+//! * The decoder is the article's, and not that of the authors' code of later days, of half the width.
 //! * Depth is in metres, so that y is of the order of 2; theirs is 10 m over depth.
 //! * Maps count inside the true mask alone, as DeepSfT measures: outside both are 0. Nothing says where the object is.
 //! * SSIM is of boxes of 7 pixels, where TensorFlow has a Gaussian of 11.

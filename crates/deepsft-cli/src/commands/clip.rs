@@ -97,8 +97,13 @@ pub fn run(arguments: &ClipArguments) -> Result<()> {
         across
     };
     let mut config = SynthConfig::for_clip_stories(camera);
-    if arguments.at_rest && !template.is_sheet() {
-        config.deformation.max_edge_change.p95 = 0.0;
+    if arguments.at_rest {
+        if template.is_sheet() {
+            return Err(usage(
+                "--at-rest is for objects with a volume; a sheet bends in every clip",
+            ));
+        }
+        config = config.at_rest();
     }
     let synthesizer = Synthesizer::new(&template, config)?;
     let story = ClipStory::new(&synthesizer, length, arguments.event, arguments.seed)?;

@@ -53,7 +53,7 @@ pub fn run(arguments: &SolidsArguments) -> Result<()> {
         ..SynthConfig::default()
     };
     if arguments.at_rest {
-        config.deformation.max_edge_change.p95 = 0.0;
+        config = config.at_rest();
     }
     let mut objects = Vec::new();
     for folder in &arguments.templates {

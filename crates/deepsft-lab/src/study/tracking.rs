@@ -16,7 +16,7 @@ use deepsft_formats::write_file;
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::raster::VisibleSurface;
 use deepsft_geometry::tracking::{OneEuro, OneEuroOptions, TrackUpdate};
-use deepsft_geometry::{Camera, ImageSize, Maps, Template, training_camera};
+use deepsft_geometry::{Camera, Maps, Template, training_camera};
 use deepsft_synth::{ClipEvent, ClipLength, ClipStory, FIRST_CLIP_SEED, Sample, SynthConfig, Synthesizer};
 use deepsft_train::tracking_errors;
 use serde::Serialize;
@@ -130,7 +130,7 @@ pub fn run(arguments: &TrackingStudyArguments) -> Result<()> {
     let (mut finder, camera) = finder(&target, arguments.finders)?;
     let mut config = SynthConfig::for_clip_stories(camera);
     if arguments.at_rest {
-        config.deformation.max_edge_change.p95 = 0.0;
+        config = config.at_rest();
     }
     let synthesizer = Synthesizer::new(target.template(), config)?;
     let events = match target.template().is_sheet() {
@@ -288,8 +288,8 @@ fn most_in_view(template: &Template, vertices_camera: &[DVec3], camera: &Camera)
         return Ok(1.0);
     }
     let (size, focal) = (camera.size(), camera.focal());
-    let wide = ImageSize::from((3 * size.width, 3 * size.height));
-    let wide = Camera::pinhole(wide, focal, camera.principal_point() + size.as_dvec2())?;
+    let centre = camera.principal_point() + size.as_dvec2();
+    let wide = Camera::pinhole((3 * size.width, 3 * size.height), focal, centre)?;
     let maps = VisibleSurface::new(template.mesh(), vertices_camera, &wide).maps();
     Ok(tracking_errors::print_in_view(&maps).max(f64::MIN_POSITIVE))
 }

@@ -132,6 +132,12 @@ impl SynthConfig {
         config.effects.noise_levels = [1.0, 3.0];
         config
     }
+
+    /// Returns the configuration with objects that are no sheets in their rest shape.
+    pub fn at_rest(mut self) -> Self {
+        self.deformation.max_edge_change.p95 = 0.0;
+        self
+    }
 }
 
 /// A clip and what happens in it. A frame is a pure function of (synthesizer, length, event, seed, number).
