@@ -4,15 +4,8 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 
 import { listCameras, openCamera } from "deepsft";
-import { Stream, Video, page, refusal, told, withDevices } from "../support/fake-camera.mjs";
+import { Stream, Video, listed, page, phone, refusal, told, withDevices } from "../support/fake-camera.mjs";
 
-const listed = (deviceId, facing, width, height) => ({
-  kind: "videoinput",
-  // Labels are in the person's language.
-  label: `Kamera ${deviceId}`,
-  deviceId,
-  getCapabilities: () => ({ facingMode: [facing], width: { min: 1, max: width }, height: { min: 1, max: height } }),
-});
 const PHONE_CAMERAS = [
   { kind: "audioinput", label: "Back Camera", deviceId: "microphone" },
   listed("front", "user", 6000, 4000),
@@ -99,28 +92,6 @@ test("cameras say which way they look, by their capabilities or else their Engli
     ["user", "environment", "environment", "environment", "user", ""],
   );
 });
-
-/** A phone with a front and a back camera that opens one at a time; `broken` do not open, `meanwhile` is called while one opens. */
-function phone({ broken = [], meanwhile = () => {}, refuse = () => false } = {}) {
-  const opened = [];
-  const cameras = { back: "environment", front: "user" };
-  withDevices({
-    getUserMedia: async ({ video: { deviceId, facingMode } }) => {
-      assert.ok(opened.every(({ track }) => track.readyState === "ended"), "one camera at a time");
-      const facing = facingMode?.exact ?? facingMode?.ideal;
-      const id = deviceId?.exact ?? Object.keys(cameras).find((camera) => cameras[camera] === facing);
-      if (!cameras[id]) throw refusal("OverconstrainedError");
-      if (broken.includes(id) || refuse()) throw refusal("NotReadableError");
-      if (opened.length > 0) await meanwhile();
-      const stream = new Stream(`Kamera ${id}`, id);
-      stream.track.getSettings = () => ({ deviceId: id, facingMode: cameras[id] });
-      opened.push(stream);
-      return stream;
-    },
-    enumerateDevices: async () => [listed("back", "environment", 640, 480), listed("front", "user", 640, 480)],
-  });
-  return { opened, broken };
-}
 
 test("a camera is switched in the same video by which way it looks or by its identifier, and its interruptions are told then", async () => {
   const { opened } = phone();

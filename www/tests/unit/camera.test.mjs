@@ -5,7 +5,7 @@ import { readFile } from "node:fs/promises";
 import { test } from "node:test";
 
 import { PAPER_CAMERAS, openCamera } from "deepsft";
-import { Stream, Video, page, refusal, told, withDevices } from "../support/fake-camera.mjs";
+import { Stream, Video, page, phone, refusal, told, withDevices } from "../support/fake-camera.mjs";
 
 for (const [name, code] of [
   ["NotAllowedError", "camera-denied"],
