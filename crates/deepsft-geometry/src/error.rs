@@ -51,7 +51,7 @@ pub enum GeometryError {
         /// Vertices of the template.
         expected: usize,
     },
-    /// A term is not defined at the start shape (a measured point behind the camera).
+    /// A term is not defined at the start shape (a start that is no number).
     #[error("{term} has the energy {energy} at the start, expected a finite one")]
     StartEnergy {
         /// Name of the term.

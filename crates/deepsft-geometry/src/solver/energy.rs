@@ -17,7 +17,7 @@ pub trait Energy {
     }
 
     /// The energy of `vertices`: the sum of rho(residual^2). Infinite where it is not defined (a
-    /// measured point at or behind the camera).
+    /// drawn point at or behind the camera).
     fn energy(&self, vertices: &[DVec3]) -> f64;
 
     /// Gives `sink` every residual with its Jacobian at `vertices`. The gradients of the residuals,

@@ -41,6 +41,31 @@ fn scene() -> Scene {
     }
 }
 
+/// Maps that say nonsense smoothly, each `k` another: what a network says where its object is not, depths of some
+/// centimetres among it.
+fn nonsense(truth: &Maps, k: usize) -> Maps {
+    let mut maps = truth.clone();
+    let phase = |n: usize| ((k * 37 + n * 101) as f32 * 0.618).fract() * std::f32::consts::TAU;
+    let wave = |n: usize, x: f32, y: f32| (phase(n).sin() * x / 50.0 + phase(n + 1).cos() * y / 50.0 + phase(n + 2)).sin();
+    for pixel in 0..truth.depth().len() {
+        let (x, y) = ((pixel % truth.size().width) as f32, (pixel / truth.size().width) as f32);
+        let depth = 70.0 * 10.0_f32.powf(0.6 * wave(0, x, y) + 0.3 * phase(3).sin());
+        maps.set(pixel, depth, [0.5 + 0.5 * wave(4, x, y), 0.5 + 0.5 * wave(8, x, y)]);
+    }
+    maps
+}
+
+#[test]
+fn maps_that_say_nonsense_are_no_error() {
+    let scene = scene();
+    let mut fitter = FrameFitter::new(&scene.template, FitOptions::default()).unwrap();
+    for k in 0..30 {
+        let start = Start::Maps(nonsense(&scene.truth, k));
+        let fitted = fitter.fit(&scene.image, &scene.camera, &start).unwrap();
+        assert!(!fitted.is_some_and(|surface| surface.verdict.is_found()), "maps {k}");
+    }
+}
+
 #[test]
 fn maps_that_are_a_little_wrong_become_exact() {
     let Scene {

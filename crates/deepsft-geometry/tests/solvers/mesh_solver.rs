@@ -387,14 +387,23 @@ fn starts_and_terms_that_do_not_fit_are_refused() {
         solver.solve(&[&isometry], &nan, &options),
         Err(GeometryError::StartEnergy { term: "isometry", .. })
     ));
-    // The rest shape lies in the camera's plane: it has no image.
+}
+
+#[test]
+fn a_start_partly_behind_the_camera_is_no_error() {
+    let mesh = sheet();
     let truth: Vec<DVec3> = mesh.vertices().iter().map(|&v| pose(v)).collect();
-    let image = Reprojection::new(&mesh, &camera(), &image_points(&mesh, &truth, 1.0), Robust::Squares).unwrap();
-    let error = solver
-        .solve(&[&image, &isometry], mesh.vertices(), &options)
-        .unwrap_err();
-    assert!(
-        error.to_string().starts_with("reprojection has the energy inf"),
-        "{error}"
-    );
+    let points = image_points(&mesh, &truth, 1.0);
+    let image = Reprojection::new(&mesh, &camera(), &points, Robust::Squares).unwrap();
+    let isometry = Isometry::new(&mesh, 1e4).unwrap();
+    let mut solver = MeshSolver::new(&mesh, &[]).unwrap();
+    // The twentieth that is nearest is behind it.
+    let mut depths: Vec<f64> = truth.iter().map(|v| v.z).collect();
+    depths.sort_by(f64::total_cmp);
+    let near = DVec3::Z * depths[depths.len() / 20];
+    let start: Vec<DVec3> = truth.iter().map(|v| v - near).collect();
+    let solution = solver
+        .solve(&[&image, &isometry], &start, &SolveOptions::default())
+        .unwrap();
+    assert!(solution.initial_energy.is_finite() && solution.final_energy < 0.5 * solution.initial_energy);
 }

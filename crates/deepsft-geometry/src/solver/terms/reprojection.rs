@@ -7,6 +7,10 @@ use crate::solver::checked::{check_robust, check_weight};
 use crate::solver::energy::{Energy, ResidualSink, Robust};
 use glam::{DVec2, DVec3};
 
+/// Pixels beyond which an error costs no more. So much costs a point that the camera does not project, behind it or where its
+/// lens folds back: a finder that is wrong can put it there, and the other points then say what the shape is.
+const LARGEST_ERROR_PX: f64 = 1e4;
+
 /// A template point registered to an image position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImagePoint {
@@ -19,7 +23,7 @@ pub struct ImagePoint {
 }
 
 /// Reprojection error: the sum over registered points of w rho(|pi(p) - x|^2), pixels, with the camera's
-/// distortion. The registration constraint of analytic Shape-from-Template (Bartoli et al. 2015) as a
+/// distortion; a point behind the camera counts as 10,000 pixels off. The registration constraint of analytic Shape-from-Template (Bartoli et al. 2015) as a
 /// robust cost; the paper leaves it to the network.
 #[derive(Clone, Debug)]
 pub struct Reprojection {
@@ -61,7 +65,8 @@ impl Energy for Reprojection {
     fn energy(&self, vertices: &[DVec3]) -> f64 {
         let cost = |(point, pixel, weight): &(AnchoredPoint, DVec2, f64)| {
             let projected = self.camera.project(point.position(vertices));
-            projected.map_or(f64::INFINITY, |p| weight * self.robust.rho(p.distance_squared(*pixel)))
+            let error = projected.map_or(LARGEST_ERROR_PX, |p| p.distance(*pixel).min(LARGEST_ERROR_PX));
+            weight * self.robust.rho(error * error)
         };
         self.points.iter().map(cost).sum()
     }
