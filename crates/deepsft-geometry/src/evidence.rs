@@ -37,8 +37,13 @@ impl Evidence {
     /// Whether `other`, drawn for the same camera, lies in the same place, and the image confirms more of it. Where both prints are alike
     /// the image confirms both: the pixels decide in which they differ.
     pub fn gives_way_to(&self, other: &Self) -> bool {
+        self.is_rivalled_by(other, 1.0)
+    }
+
+    /// Whether `other` lies in the same place and the image confirms more than `fraction` as much of it.
+    pub fn is_rivalled_by(&self, other: &Self, fraction: f32) -> bool {
         let pixels = self.confidence.iter().zip(&other.confidence);
         let shared: f32 = pixels.map(|(a, b)| a.min(*b)).sum();
-        other.total > self.total && shared >= SAME_PLACE * self.total
+        other.total > fraction * self.total && shared >= SAME_PLACE * self.total
     }
 }

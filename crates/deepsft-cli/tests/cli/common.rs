@@ -11,6 +11,7 @@ use std::ffi::OsStr;
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
+use std::sync::{Mutex, PoisonError};
 
 /// What a run of the command left behind.
 #[derive(Debug)]
@@ -113,9 +114,14 @@ pub fn write_bundle(folder: &Path, name: &str) {
     write_bundle_of(folder, name, Architecture::Compact(CompactConfig::default()));
 }
 
-/// The same of a network of any architecture.
+/// One network is drawn at a time: tests share the device's random numbers.
+static DRAWN: Mutex<()> = Mutex::new(());
+
+/// The same of a network of any architecture. Its weights are the same every time.
 pub fn write_bundle_of(folder: &Path, name: &str, architecture: Architecture) {
     let (device, _) = pollster::block_on(start_device(DeviceKind::Cpu)).unwrap();
+    let _drawn = DRAWN.lock().unwrap_or_else(PoisonError::into_inner);
+    device.seed(1);
     let camera = training_camera();
     let network = Network::new(&NetworkConfig::new(architecture, [200.0, 150.0], &camera), &device).fold();
     let card = ModelCard {

@@ -46,7 +46,8 @@ fn scene() -> Scene {
 fn nonsense(truth: &Maps, k: usize) -> Maps {
     let mut maps = truth.clone();
     let phase = |n: usize| ((k * 37 + n * 101) as f32 * 0.618).fract() * std::f32::consts::TAU;
-    let wave = |n: usize, x: f32, y: f32| (phase(n).sin() * x / 50.0 + phase(n + 1).cos() * y / 50.0 + phase(n + 2)).sin();
+    let wave =
+        |n: usize, x: f32, y: f32| (phase(n).sin() * x / 50.0 + phase(n + 1).cos() * y / 50.0 + phase(n + 2)).sin();
     for pixel in 0..truth.depth().len() {
         let (x, y) = ((pixel % truth.size().width) as f32, (pixel / truth.size().width) as f32);
         let depth = 70.0 * 10.0_f32.powf(0.6 * wave(0, x, y) + 0.3 * phase(3).sin());

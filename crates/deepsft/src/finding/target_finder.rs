@@ -361,6 +361,10 @@ impl TargetFinder {
                 false => drawn,
             };
             best.judgement = Judgement::of_surface(&surface, &best.maps);
+            // Close-ups bring a lookalike that lay off to the place of the right one.
+            if best.judgement.found && self.is_outdone(view, &surface)? {
+                (best.judgement.found, best.judgement.shape_determined) = (false, false);
+            }
             best.surface = Some(surface);
         }
         Ok(best)

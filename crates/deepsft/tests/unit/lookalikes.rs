@@ -65,6 +65,30 @@ fn of_two_cards_of_a_series_the_one_that_is_shown_is_found_and_the_other_in_its_
 }
 
 #[test]
+fn a_card_whose_frame_alone_is_confirmed_gives_way_to_the_one_that_fits_from_there() {
+    let cards = [card(1), card(2)];
+    let [mut first, mut second] = cards.each_ref().map(finder);
+    let (camera, shape) = (training_camera(), bent(&cards[0], 480.0));
+    let picture = photograph(&cards[0], &shape, &camera);
+    let mut view = View::new(&picture, &camera);
+    let found = pollster::block_on(second.estimate(&mut view)).unwrap();
+    // Inside the frame the mesh lies beside what is printed there, which then confirms neither card.
+    let mut surface = found.surface.unwrap();
+    let rest = cards[0].mesh().vertices().iter().zip(&shape);
+    let moved = rest.map(|(rest, p)| match rest.x.abs() < 100.0 && rest.y.abs() < 76.0 {
+        true => *p + DVec3::new(9.0, -7.0, 0.0),
+        false => *p,
+    });
+    surface.vertices_camera = moved.collect();
+    surface.camera = camera;
+    surface.verdict.explained = 0.7;
+    first.tell_apart(&mut second);
+    assert!(second.is_outdone(&mut view, &surface).unwrap());
+    surface.vertices_camera = shape;
+    assert!(!first.is_outdone(&mut view, &surface).unwrap());
+}
+
+#[test]
 fn prints_that_have_nothing_in_common_share_no_corners() {
     let print = print();
     let other = Picture::from_fn(594, 420, |x, y| print.pixel(593 - x, 419 - y));
