@@ -1,8 +1,9 @@
-// The film on the start screen: the page's own scene on the bundled clip, frame by frame. Needs ffmpeg, and a built page (`cargo xtask web`).
+// The film on the start screen: the page's own scene on the bundled clip, frame by frame; and the poster as small as the page looks at it. Needs
+// ffmpeg, and a built page (`cargo xtask web`).
 //
 //     node film.mjs
 //
-// writes demo/hero.mp4 and demo/hero.jpg.
+// writes demo/hero.mp4, demo/hero.jpg and demo/poster.webp.
 
 import { execFileSync } from "node:child_process";
 import { mkdtemp, rm, writeFile } from "node:fs/promises";
@@ -84,6 +85,7 @@ try {
   const ffmpeg = (...options) => execFileSync("ffmpeg", ["-y", "-v", "error", ...options]);
   const h264 = ["-c:v", "libx264", "-preset", "veryslow", "-crf", "30", "-pix_fmt", "yuv420p", "-movflags", "+faststart", "-an"];
   ffmpeg("-framerate", String(FPS), "-i", join(folder, "%04d.png"), ...h264, demo("hero.mp4"));
+  ffmpeg("-i", demo("../../models/poster-a4/template/texture.png"), "-vf", "scale=1024:724:flags=lanczos", "-quality", "75", demo("poster.webp"));
   ffmpeg("-ss", "3", "-i", demo("hero.mp4"), "-frames:v", "1", "-q:v", "6", demo("hero.jpg"));
 } finally {
   await browser.close();

@@ -1,5 +1,5 @@
 // The demo page following its clip before a visitor without a GPU: the processor plays the video, looks for the poster, follows it and
-// draws. `cargo xtask bench` runs it:
+// draws. The poster's network looks for it, which the page by itself does without. `cargo xtask bench` runs it:
 //
 //     node bench/demo.mjs SECONDS [FOLDER]
 //
@@ -89,7 +89,7 @@ async function visit(context, origin, { stay = 0, seconds = 0 }) {
   const page = await context.newPage();
   page.setDefaultTimeout(PATIENCE_MS);
   page.on("console", (message) => message.type() === "error" && console.error(`browser: ${message.text()}`));
-  await page.goto(`${origin}/`);
+  await page.goto(`${origin}/?model=models/poster-a4/`);
   await page.waitForTimeout(READING_MS);
   await page.evaluate(note);
   await page.click("#use-clip");

@@ -68,7 +68,7 @@ const cameras = new CameraSwitch(
 let live = null;
 /** What is drawn over the picture: the values of the radio buttons by their names. */
 const choice = /** @type {Choice} */ ({});
-const subjects = new Subjects(showProgress, () => showWaiting("Learning your picture"));
+const subjects = new Subjects(showProgress, () => showWaiting("Learning the picture"));
 /** The camera that shows. @type {CameraStream | null} */
 let stream = null;
 /** Ends what was started last, with its camera or clip. */
@@ -251,9 +251,8 @@ function watch(camera, signal) {
   camera.addEventListener("resumed", () => (view.loadingText.textContent = "Looking at the next frame"), { signal });
 }
 
-/** The clip shows the poster. */
 function startClip() {
-  subjects.choose("poster");
+  subjects.chooseClip();
   startVideo("clip");
 }
 
@@ -281,7 +280,7 @@ function showMessage(error, again) {
   leaveLive();
   hud.showStopped();
   retry = again ?? retry;
-  const { title, advice, remedies, code, detail } = messageFor(error, document.body.dataset.view === "own" || subjects.kind === "picture");
+  const { title, advice, remedies, code, detail } = messageFor(error, document.body.dataset.view === "own" || subjects.isOwn);
   part("#message-title").textContent = title;
   part("#message-advice").textContent = advice;
   part("#message-code").textContent = code;

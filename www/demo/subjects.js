@@ -1,10 +1,16 @@
-// What the page looks for: the poster, flat or as a tube, by the networks that were trained for them, or a person's own picture, by its features.
+// What the page looks for: the poster, flat or as a tube, by the networks that were trained for them, or a picture, by its features.
 
 import { DeepSft } from "deepsft";
 import { VERSION } from "./offline/version.js";
 
 /** @import { LoadOptions, LoadProgress, Target } from "deepsft" */
 /** @import { ReadyPicture } from "./own/picture-editor.js" */
+
+/**
+ * A flat picture with its size, here or at an address.
+ *
+ * @typedef {Pick<ReadyPicture, "name" | "widthMm" | "hasSize"> & { canvas: HTMLCanvasElement | string }} SoughtPicture
+ */
 
 /**
  * @typedef {object} Subject
@@ -17,9 +23,12 @@ import { VERSION } from "./offline/version.js";
 /** Models of what comes with the page. */
 const MODELS = { poster: "models/poster-a4/", tube: "models/paper-tube/" };
 
+/** What the clip shows, as large as a picture is looked at. Its features are enough: the model is fifteen times as large. @type {SoughtPicture} */
+const CLIP_PICTURE = { canvas: "demo/poster.webp", name: "poster-a4", widthMm: 297, hasSize: true };
+
 /** @typedef {keyof typeof MODELS} Ours */
 
-/** `?device=webgpu` or `?device=cpu` forces a device; `?model=` names another model of this server. */
+/** `?device=webgpu` or `?device=cpu` forces a device; `?model=` names a model of this server for the poster, in the clip too. */
 const parameters = new URLSearchParams(location.search);
 
 export class Subjects {
@@ -29,9 +38,9 @@ export class Subjects {
   #engines = new Map();
   /** The first of them that was there. @type {DeepSft | null} */
   #loaded = null;
-  /** @type {ReadyPicture | Ours} */
+  /** @type {SoughtPicture | Ours} */
   #chosen = "poster";
-  /** The picture that an engine knows. @type {{ picture: ReadyPicture, subject: Promise<Subject> } | null} */
+  /** The picture that an engine knows. @type {{ picture: SoughtPicture, subject: Promise<Subject> } | null} */
   #known = null;
 
   /**
@@ -47,9 +56,19 @@ export class Subjects {
     return typeof this.#chosen === "string" ? this.#chosen : "picture";
   }
 
+  /** Whether it is the person's own picture. */
+  get isOwn() {
+    return this.kind === "picture" && this.#chosen !== CLIP_PICTURE;
+  }
+
   /** @param {ReadyPicture | Ours} subject */
   choose(subject) {
     this.#chosen = subject;
+  }
+
+  /** What the clip shows. */
+  chooseClip() {
+    this.#chosen = parameters.has("model") ? "poster" : CLIP_PICTURE;
   }
 
   /**
@@ -88,7 +107,7 @@ export class Subjects {
   }
 
   /**
-   * @param {ReadyPicture} picture
+   * @param {SoughtPicture} picture
    * @param {Promise<Subject> | undefined} before the picture that it takes the place of
    * @returns {Promise<Subject>}
    */

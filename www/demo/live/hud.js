@@ -28,7 +28,7 @@ const SOURCE_WORDS = {
 const MISSING = {
   poster: ["Poster not found", "Show the whole sheet, in even light, 25 to 90\u00a0cm away."],
   tube: ["Tube not found", "Show the whole tube, in even light, 25 to 90\u00a0cm away."],
-  picture: ["Looking for your picture", "Show the whole print, nearly flat at first, in even light, large in the picture."],
+  picture: ["Looking for the picture", "Show the whole print, nearly flat at first, in even light, large in the picture."],
 };
 
 export class Hud {
@@ -86,7 +86,7 @@ export class Hud {
     const hasNetwork = kind !== "picture";
     part("#network-word").textContent = hasNetwork ? "Network" : "Find";
     part("#pace-term").textContent = hasNetwork ? "Network, beside the tracker" : "Finder, beside the tracker";
-    part("#model-term").textContent = hasNetwork ? "Model" : "Your picture";
+    part("#model-term").textContent = hasNetwork ? "Model" : "Picture";
     const size = hasSize ? formatSize(target.widthMm, target.heightMm) : "size not known";
     if (kind === "picture") part("#model").textContent = `${target.name}, ${size}`;
     part("#scale").dataset.unit = hasSize ? "mm" : "none";

@@ -14,7 +14,7 @@ import { SLOW_MS, launch } from "../support/browser.mjs";
 /** What hosts of static files compress. */
 const COMPRESSED = new Set([".html", ".js", ".mjs", ".css", ".json", ".svg", ".webmanifest", ".wasm"]);
 /** What the start screen may take, and all until the first mesh, bytes on the wire. */
-const [MAX_START, MAX_MESH] = [450_000, 5_900_000];
+const [MAX_START, MAX_MESH] = [450_000, 3_000_000];
 /** So long the page stands open first, milliseconds. */
 const READING_MS = 4000;
 
@@ -49,7 +49,7 @@ test("a first visit fetches what the person asks for alone; a second one is kept
     const all = await bytes();
     const dearest = [...fetched].sort(([, a], [, b]) => b - a).slice(0, 8);
     t.diagnostic(`the start screen ${start} bytes, until the first mesh ${all} bytes and ${seconds.toFixed(1)} s from the click; ${fetched.size} files: ${dearest.map((file) => file.join(" ")).join(", ")}`);
-    assert.deepEqual([...fetched.keys()].filter((name) => /^(examples|docs|aframe|uqr)\/|soft-toy|paper-tube|any-picture|service-worker/.test(name)), [], "after it");
+    assert.deepEqual([...fetched.keys()].filter((name) => /^(models|examples|docs|aframe|uqr)\/|service-worker/.test(name)), [], "after it");
     assert.ok(start < MAX_START && all < MAX_MESH, `${start} and ${all} bytes: ${JSON.stringify(dearest)}`);
 
     await page.reload();

@@ -100,7 +100,7 @@ test("on a device that becomes four times slower nothing piles up, and frames ar
           count();
         });
       });
-    const demo = await openDemo(browser, { query: "?device=cpu", prepare });
+    const demo = await openDemo(browser, { query: "?device=cpu&model=models/poster-a4/", prepare });
     const { page } = demo;
     await page.click("#use-clip");
     await page.waitForSelector('#live[data-mesh="true"]');

@@ -243,7 +243,8 @@ for (const [name, device] of Object.entries({ desktop: DESKTOP, phone: PHONE }))
   test(`every overlay is drawn from the tracked mesh, on a ${name}`, { timeout: SLOW_MS }, async () => {
     const browser = await launch({ webgpu: false });
     try {
-      const demo = await openDemo(browser, { device, query: "?device=cpu" });
+      // With its network, whose figures are shown too.
+      const demo = await openDemo(browser, { device, query: "?device=cpu&model=models/poster-a4/" });
       const { page } = demo;
       await page.click("#use-clip");
       // Slowly: on a machine without a GPU the processor draws these large pages too.

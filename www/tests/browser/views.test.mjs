@@ -168,6 +168,6 @@ test("what was chosen before is not put into what is looked at now", { timeout: 
       await new Promise((resolve) => setTimeout(resolve, 200));
       return used;
     });
-    assert.deepEqual(used, ["poster"]);
+    assert.deepEqual(used, ["picture"]);
   }),
 );

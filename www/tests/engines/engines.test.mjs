@@ -191,7 +191,8 @@ describe("engines", { concurrency: true }, () => {
     });
 
     const playsClip = async () => {
-      await openPage(page);
+      // With the poster's network: its answers are counted.
+      await openPage(page, `${server.origin}/?device=cpu&model=models/poster-a4/`);
       await page.click("#use-clip");
       await page.until(() => tracked.length > 0);
       await page.until(isFollowed);
