@@ -1,5 +1,6 @@
 // The estimator as pages use it.
 
+import { folderOf, isAddress } from "./address.js";
 import { bundleFiles, fetchBundle } from "./engine/bundle.js";
 import { compileEngine } from "./engine/engine-worker.js";
 import { LastingEngine, closedError } from "./engine/lasting-engine.js";
@@ -123,7 +124,7 @@ export class DeepSft {
   static async load(model, { device = "auto", keep = true, headers, onProgress, signal, baseUrl, timeoutMs } = {}) {
     signal?.throwIfAborted();
     requireBrowser();
-    const dist = baseUrl === undefined ? null : folderUrl(baseUrl);
+    const dist = baseUrl === undefined ? null : folderOf(baseUrl);
     // Where one download fails the others end with it.
     const downloads = new AbortController();
     const abort = () => downloads.abort(signal?.reason);
@@ -132,7 +133,7 @@ export class DeepSft {
     try {
       [module, files] = await Promise.all([
         compileEngine(dist ? new URL(WASM_NAME, dist) : WASM_URL, { onProgress, signal: downloads.signal }),
-        isAddress(model) ? fetchBundle(folderUrl(model), { onProgress, signal: downloads.signal, keep, headers }) : model ? bundleFiles(model) : null,
+        isAddress(model) ? fetchBundle(folderOf(model), { onProgress, signal: downloads.signal, keep, headers }) : model ? bundleFiles(model) : null,
       ]);
     } catch (error) {
       downloads.abort(error);
@@ -357,22 +358,6 @@ export class DeepSft {
   [Symbol.dispose]() {
     this.close();
   }
-}
-
-/**
- * The address of a folder, relative to the page.
- *
- * @param {string | URL} url
- */
-function folderUrl(url) {
-  const folder = new URL(url, typeof document === "undefined" ? self.location.href : document.baseURI);
-  if (!folder.pathname.endsWith("/")) folder.pathname += "/";
-  return folder;
-}
-
-/** @param {unknown} input @returns {input is string | URL} */
-function isAddress(input) {
-  return typeof input === "string" || input instanceof URL;
 }
 
 /**

@@ -1,6 +1,7 @@
 // Fetching a model bundle: model.json and the files it lists, as far as this browser does not keep them. What is in them is the engine's
 // to check.
 
+import { fileIn } from "../address.js";
 import { DeepSftError } from "../error.js";
 import { KeptFiles, hasHash } from "./kept-files.js";
 
@@ -106,9 +107,7 @@ function listedFiles(manifest, url) {
  * @throws {DeepSftError} `model-load`, `model-corrupt`
  */
 export async function fetchBundle(folder, { onProgress, signal, keep = true, headers } = {}) {
-  // A signed address is signed for each file.
-  const addressOf = (/** @type {string} */ name) => Object.assign(new URL(name, folder), { search: folder.search });
-  const manifestUrl = addressOf(MODEL_FILE);
+  const manifestUrl = fileIn(folder, MODEL_FILE);
   const manifest = await fetchBytes(manifestUrl, signal, { cache: "no-cache", headers });
   const listed = listedFiles(manifest, manifestUrl);
   const kept = await KeptFiles.open(folder, keep);
@@ -123,7 +122,7 @@ export async function fetchBundle(folder, { onProgress, signal, keep = true, hea
     [...listed].map(async ([name, { sha256 }]) => {
       const known = sha256 && (await kept.take(name, sha256));
       if (known) onBytes(known.byteLength);
-      const bytes = known || (await fetchListed(addressOf(name), sha256, signal, { onBytes, headers }));
+      const bytes = known || (await fetchListed(fileIn(folder, name), sha256, signal, { onBytes, headers }));
       if (!known && sha256) await kept.keep(name, sha256, bytes);
       return /** @type {const} */ ([name, bytes]);
     }),
@@ -149,6 +148,18 @@ async function fetchListed(url, sha256, signal, options) {
 }
 
 /**
+ * Reads files.
+ *
+ * @param {Iterable<File>} files
+ * @param {(file: File) => string} [nameOf] its own when absent
+ * @returns {Promise<Map<string, Uint8Array>>}
+ */
+export async function filesByName(files, nameOf = ({ name }) => name) {
+  const read = async (/** @type {File} */ file) => /** @type {const} */ ([nameOf(file), new Uint8Array(await file.arrayBuffer())]);
+  return new Map(await Promise.all([...files].map(read)));
+}
+
+/**
  * The files of a bundle that the page has already, by their paths in its folder.
  *
  * @param {Iterable<File> | Map<string, Uint8Array>} input
@@ -156,8 +167,7 @@ async function fetchListed(url, sha256, signal, options) {
  * @throws {DeepSftError} `model-load`
  */
 export async function bundleFiles(input) {
-  const read = async (/** @type {File} */ file) => /** @type {const} */ ([file.webkitRelativePath || file.name, new Uint8Array(await file.arrayBuffer())]);
-  const files = input instanceof Map ? input : new Map(await Promise.all([...input].map(read)));
+  const files = input instanceof Map ? input : await filesByName(input, ({ webkitRelativePath, name }) => webkitRelativePath || name);
   const manifest = [...files.keys()].find((name) => `/${name}`.endsWith(`/${MODEL_FILE}`));
   if (manifest === undefined) throw new DeepSftError("model-load", `There is no ${MODEL_FILE} among the files of the model.`);
   // An input for folders gives the folder's name too.

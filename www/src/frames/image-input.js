@@ -1,5 +1,6 @@
 // From whatever a page calls an image to pixels that can cross to the worker.
 
+import { addressOf, isAddress } from "../address.js";
 import { DeepSftError } from "../error.js";
 
 /** @typedef {HTMLVideoElement | HTMLImageElement | HTMLCanvasElement | OffscreenCanvas | ImageBitmap | ImageData | VideoFrame | Blob} ReadImage */
@@ -30,8 +31,8 @@ const MAX_SEEK_MS = 5000;
  */
 export async function readImage(image, signal) {
   signal?.throwIfAborted();
-  if (typeof image !== "string" && !(image instanceof URL)) return image;
-  const url = new URL(image, typeof document === "undefined" ? self.location.href : document.baseURI);
+  if (!isAddress(image)) return image;
+  const url = addressOf(image);
   try {
     const response = await fetch(url, { signal });
     if (response.ok) return await response.blob();

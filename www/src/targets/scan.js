@@ -1,6 +1,7 @@
 // A scan of a person's own object, and the flat sheet it unrolls to.
 
-import { fetchBytes } from "../engine/bundle.js";
+import { addressOf, isAddress } from "../address.js";
+import { fetchBytes, filesByName } from "../engine/bundle.js";
 import { vertexNormals } from "../results/surface-mesh.js";
 
 /** @import { MeshTopology } from "../engine/engine-worker.js" */
@@ -81,11 +82,9 @@ function pictureOf({ width, height, rgba }) {
  */
 export async function scanFiles(input) {
   if (input instanceof Map) return input;
-  if (typeof input === "string" || input instanceof URL) {
-    const url = new URL(input, typeof document === "undefined" ? self.location.href : document.baseURI);
+  if (isAddress(input)) {
+    const url = addressOf(input);
     return new Map([[url.pathname.split("/").at(-1) ?? "", await fetchBytes(url, undefined)]]);
   }
-  const files = new Map();
-  for (const file of input instanceof Blob ? [input] : input) files.set(file.name, new Uint8Array(await file.arrayBuffer()));
-  return files;
+  return filesByName(input instanceof Blob ? [input] : input);
 }

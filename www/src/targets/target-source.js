@@ -1,6 +1,7 @@
 // From what a page gives as a target to what the workers take.
 
-import { fetchBytes } from "../engine/bundle.js";
+import { fileIn, folderOf, isAddress } from "../address.js";
+import { fetchBytes, filesByName } from "../engine/bundle.js";
 import { DeepSftError, crossOriginError } from "../error.js";
 import { closeFrame, readImage, transferableFrame } from "../frames/image-input.js";
 
@@ -104,19 +105,14 @@ async function opaquePixels(frame) {
  * @throws {DeepSftError} `model-load`, `target-unusable`
  */
 export async function templateSource(input) {
-  if (typeof input === "string" || input instanceof URL) return { kind: "template", files: await fetchTemplate(input) };
-  if (input instanceof Map) return { kind: "template", files: input };
-  const files = new Map();
-  for (const file of input) files.set(file.name, new Uint8Array(await file.arrayBuffer()));
-  return { kind: "template", files };
+  if (isAddress(input)) return { kind: "template", files: await fetchTemplate(input) };
+  return { kind: "template", files: input instanceof Map ? input : await filesByName(input) };
 }
 
 /** @param {string | URL} url of the folder, relative to the page */
 async function fetchTemplate(url) {
-  const folder = new URL(url, typeof document === "undefined" ? self.location.href : document.baseURI);
-  if (!folder.pathname.endsWith("/")) folder.pathname += "/";
-  const fetched = async (/** @type {string} */ name) =>
-    /** @type {const} */ ([name, await fetchBytes(new URL(encodeURIComponent(name), folder), undefined)]);
+  const folder = folderOf(url);
+  const fetched = async (/** @type {string} */ name) => /** @type {const} */ ([name, await fetchBytes(fileIn(folder, encodeURIComponent(name)), undefined)]);
   const description = await fetched(TEMPLATE_FILE);
   let named;
   try {

@@ -46,6 +46,14 @@ export declare function fetchBundle(folder: URL, { onProgress, signal, keep, hea
     headers?: HeadersInit;
 }): Promise<Map<string, Uint8Array>>;
 /**
+ * Reads files.
+ *
+ * @param {Iterable<File>} files
+ * @param {(file: File) => string} [nameOf] its own when absent
+ * @returns {Promise<Map<string, Uint8Array>>}
+ */
+export declare function filesByName(files: Iterable<File>, nameOf?: (file: File) => string): Promise<Map<string, Uint8Array>>;
+/**
  * The files of a bundle that the page has already, by their paths in its folder.
  *
  * @param {Iterable<File> | Map<string, Uint8Array>} input
