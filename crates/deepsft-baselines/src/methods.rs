@@ -3,7 +3,7 @@
 use crate::ch17::{Ch17, Ch17Surface};
 use crate::ch17r::Ch17r;
 use crate::frame::{Correspondence, correspondences};
-use crate::networks::{Checkpoint, Rival, RivalNetwork, Said};
+use crate::networks::{Rival, RivalNetwork, Said, read_checkpoint};
 use crate::ngo15::Ngo15;
 use crate::ours::{self, Network};
 use crate::table::Measured;
@@ -135,9 +135,9 @@ impl Methods {
         let mut rivals = Vec::new();
         for rival in Rival::value_variants() {
             let folder = trained.map(|folder| folder.join(rival.name()));
-            let read = |folder: std::path::PathBuf| Checkpoint::read(&folder, template, &Device::flex());
-            if let Some(checkpoint) = folder.map(read).transpose()?.flatten() {
-                rivals.push((checkpoint.state.method, checkpoint.network.valid()));
+            let read = |folder: std::path::PathBuf| read_checkpoint(&folder, template, &Device::flex());
+            if let Some((saved, network)) = folder.map(read).transpose()?.flatten() {
+                rivals.push((saved.state.method, network.valid()));
             }
         }
         Ok(Self {

@@ -11,5 +11,5 @@ mod layers;
 mod rival;
 
 pub use batch::Batch;
-pub use checkpoint::{Checkpoint, TrainingState};
+pub use checkpoint::{TrainingState, read_checkpoint};
 pub use rival::{Rival, RivalNetwork, Said};

@@ -1,6 +1,6 @@
 //! `deepsft-baselines train`: a network of others, trained from nothing on our synthetic samples.
 
-use crate::networks::{Batch, Checkpoint, Rival, RivalNetwork, TrainingState};
+use crate::networks::{Batch, Rival, RivalNetwork, TrainingState, read_checkpoint};
 use crate::stopwatch::Stopwatch;
 use anyhow::{Context, Result, bail, ensure};
 use burn::module::Module;
@@ -10,8 +10,8 @@ use clap::Args;
 use deepsft_formats::{read_template, template_fingerprint};
 use deepsft_geometry::Template;
 use deepsft_synth::{Sample, SynthConfig, Synthesizer, samples};
-use deepsft_train::{Optimizer, Schedule};
-use std::path::PathBuf;
+use deepsft_train::{CheckpointFolder, NETWORK_FILE, Optimizer, SavedFiles, Schedule};
+use std::path::{Path, PathBuf};
 
 /// Seconds between two checkpoints.
 const SAVE_S: f64 = 60.0;
@@ -90,7 +90,7 @@ impl Training {
     }
 
     /// Goes on from a checkpoint of the same training.
-    fn resumed(mut self, mut saved: Checkpoint) -> Result<Self> {
+    fn resumed(mut self, (saved, network): (SavedFiles<TrainingState>, RivalNetwork)) -> Result<Self> {
         let settings = |state: &TrainingState| (state.method, state.width_divisor, state.batch, state.seed);
         let is_same = settings(&saved.state) == settings(&self.state);
         ensure!(
@@ -98,8 +98,14 @@ impl Training {
             "the checkpoint has another method, width, batch or seed; leave out --resume to begin anew"
         );
         self.optimizer = saved.optimizer(self.optimizer)?;
-        (self.network, self.state) = (saved.network, saved.state);
+        (self.network, self.state) = (network, saved.state);
         Ok(self)
+    }
+
+    /// Saves into `folder`, whole or not at all.
+    fn save(&self, folder: &Path) -> Result<()> {
+        let networks = [(NETWORK_FILE, &self.network.valid())];
+        Ok(CheckpointFolder::new(folder).write(&self.state, &networks, &self.optimizer)?)
     }
 
     /// One step on `samples`; the loss before it.
@@ -132,13 +138,12 @@ pub fn run(arguments: &TrainArguments) -> Result<()> {
             updates: 0,
             seconds: 0.0,
             losses: Vec::new(),
-            files: [const { String::new() }; 2],
         },
         &template,
     )?;
     let saved = arguments
         .resume
-        .then(|| Checkpoint::read(&folder, &template, &training.device))
+        .then(|| read_checkpoint(&folder, &template, &training.device))
         .transpose()?;
     if let Some(saved) = saved.flatten() {
         training = training.resumed(saved).with_context(|| folder.display().to_string())?;
@@ -161,7 +166,7 @@ pub fn run(arguments: &TrainArguments) -> Result<()> {
         let progress = training.state.seconds / (60.0 * arguments.minutes).max(1.0);
         if count > 0.0 && (progress >= 1.0 || training.state.seconds - saved_s > SAVE_S) {
             training.state.losses.push(sum / count);
-            Checkpoint::save(&folder, &training.state, training.network.valid(), &training.optimizer)?;
+            training.save(&folder)?;
             let (samples, minutes) = (training.state.samples(), training.state.seconds / 60.0);
             eprintln!("{samples} samples, {minutes:.1} min, loss {:.5}", sum / count);
             (sum, count, saved_s) = (0.0, 0.0, training.state.seconds);
@@ -205,7 +210,6 @@ mod tests {
             updates: 0,
             seconds: 0.0,
             losses: Vec::new(),
-            files: [const { String::new() }; 2],
         }
     }
 
@@ -271,8 +275,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let folder = folder.path().join("hdm-net");
         let (first, _) = step(Training::new(state(Rival::HdmNet, &template), &template).unwrap());
-        Checkpoint::save(&folder, &first.state, first.network.valid(), &first.optimizer).unwrap();
-        let read = || Checkpoint::read(&folder, &template, &first.device);
+        first.save(&folder).unwrap();
+        let read = || read_checkpoint(&folder, &template, &first.device);
         let new = |state: TrainingState| Training::new(state, &template).unwrap();
         let resumed = new(state(Rival::HdmNet, &template))
             .resumed(read().unwrap().unwrap())
@@ -287,18 +291,18 @@ mod tests {
             ..state(Rival::HdmNet, &template)
         };
         let error = new(other)
-            .resumed(Checkpoint::read(&folder, &template, &device).unwrap().unwrap())
+            .resumed(read_checkpoint(&folder, &template, &device).unwrap().unwrap())
             .err()
             .unwrap();
         assert!(error.to_string().contains("seed"), "{error}");
         std::fs::write(folder.join("network.bpk"), b"broken").unwrap();
-        let error = Checkpoint::read(&folder, &template, &device).unwrap_err().to_string();
+        let error = read_checkpoint(&folder, &template, &device).unwrap_err().to_string();
         assert!(
             error.contains("network.bpk") && error.contains("not as it was saved"),
             "{error}"
         );
         assert!(
-            Checkpoint::read(&folder.join("none"), &template, &device)
+            read_checkpoint(&folder.join("none"), &template, &device)
                 .unwrap()
                 .is_none()
         );

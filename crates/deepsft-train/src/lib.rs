@@ -24,8 +24,8 @@ pub use evaluation::{
 };
 pub use loss::{DepthLoss, Light, PhotoConsistencyLoss, Residual};
 pub use run::{
-    CARD_FILE, CURVE_FILE, Checkpoint, CheckpointFolder, CurvePoint, Fingerprint, Progress, Saved, TrainingCourse,
-    curve_csv, model_card,
+    CARD_FILE, CURVE_FILE, Checkpoint, CheckpointFolder, CurvePoint, Fingerprint, NETWORK_FILE, Progress, Saved,
+    SavedFiles, TrainingCourse, curve_csv, model_card,
 };
 pub use supervised::{ACCURACY_SEED, ModelLabel, Trained, export_bundle, train};
 pub use tuning::{

@@ -7,7 +7,7 @@ mod progress;
 mod training_run;
 mod weight_average;
 
-pub use checkpoint::{Checkpoint, CheckpointFolder, CurvePoint, Saved};
+pub use checkpoint::{Checkpoint, CheckpointFolder, CurvePoint, NETWORK_FILE, Saved, SavedFiles};
 pub use fingerprint::Fingerprint;
 pub use model_card::{CARD_FILE, CURVE_FILE, TrainingCourse, curve_csv, model_card};
 pub use progress::Progress;

@@ -3,20 +3,17 @@
 use super::loss::{Batch, Matcher};
 use super::pairs::Pair;
 use super::prints::{FRAMES, PrintSource, Shown};
-use anyhow::{Context, Result, anyhow, ensure};
+use anyhow::{Context, Result, ensure};
 use burn::grad_clipping::GradientClippingConfig;
 use burn::module::Module;
 use burn::optim::{AdamWConfig, GradientsParams, ModuleOptimizer};
-use burn::store::ModuleRecord;
-use burn::tensor::{Bytes, Device};
+use burn::tensor::Device;
 use deepsft::weights_to_burnpack;
-use deepsft_formats::{FolderKind, write_folder};
 use deepsft_synth::random::{Stream, generator};
-use deepsft_train::Schedule;
+use deepsft_train::{CheckpointFolder, NETWORK_FILE, Schedule};
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
 use std::fmt::Write as _;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Prints of a batch, and pairs of each.
@@ -200,50 +197,30 @@ impl Training {
 
     /// Writes the checkpoint in place of the one before.
     pub fn save(&self, folder: &Path) -> Result<()> {
-        let weights = self.matcher.valid().into_record().into_bytes();
-        let files = [
-            (WEIGHTS, weights.map_err(|e| anyhow!("{e}"))?.to_vec()),
-            (
-                OPTIMIZER,
-                self.optimizer.into_bytes().map_err(|e| anyhow!("{e}"))?.to_vec(),
-            ),
-            (STATE, serde_json::to_vec_pretty(&self.state)?),
-        ];
-        let files = files.map(|(name, bytes)| (name.to_owned(), bytes));
-        Ok(write_folder(folder, &CHECKPOINT, &files.into())?)
+        let networks = [(NETWORK_FILE, &self.matcher.valid())];
+        Ok(CheckpointFolder::new(folder).write(&self.state, &networks, &self.optimizer)?)
     }
 
     /// Goes on from a checkpoint as if there had been no end.
     pub fn resume(&mut self, folder: &Path) -> Result<()> {
-        let read = |name: &str| {
-            let path = folder.join(name);
-            fs::read(&path).with_context(|| format!("cannot go on from {}", path.display()))
-        };
-        let broken = |name: &str| {
-            let path = folder.join(name);
-            move |reason: String| anyhow!("cannot go on from {}: {reason}", path.display())
-        };
-        let state: State = serde_json::from_slice(&read(STATE)?).map_err(|e| broken(STATE)(e.to_string()))?;
+        let saved = CheckpointFolder::new(folder).read::<State>()?;
+        let saved = saved.with_context(|| format!("there is no checkpoint to go on from: {}", folder.display()))?;
         ensure!(
-            state.seed == self.state.seed,
+            saved.state.seed == self.state.seed,
             "{} was made with --seed {}",
             folder.display(),
-            state.seed
+            saved.state.seed
         );
         ensure!(
-            state.held_out == self.state.held_out,
+            saved.state.held_out == self.state.held_out,
             "{} was made with other --photographs",
             folder.display()
         );
-        let record = ModuleRecord::from_bytes(Bytes::from_bytes_vec(read(WEIGHTS)?));
-        let record = record.map_err(|e| broken(WEIGHTS)(e.to_string()))?;
-        let matcher = self.matcher.clone().try_load_record(record);
-        self.matcher = matcher.map_err(|e| broken(WEIGHTS)(e.to_string()))?;
-        let optimizer = optimizer().from_bytes(Bytes::from_bytes_vec(read(OPTIMIZER)?));
-        self.optimizer = optimizer.map_err(|e| broken(OPTIMIZER)(e.to_string()))?;
+        self.matcher = saved.network(NETWORK_FILE, self.matcher.clone())?;
+        self.optimizer = saved.optimizer(optimizer())?;
         self.state = State {
-            next_print: state.next_print - (state.kept as u64).min(state.next_print),
-            ..state
+            next_print: saved.state.next_print - (saved.state.kept as u64).min(saved.state.next_print),
+            ..saved.state
         };
         Ok(())
     }
@@ -255,15 +232,6 @@ fn optimizer() -> ModuleOptimizer {
         .with_grad_clipping(Some(GradientClippingConfig::Norm(1.0)))
         .init()
 }
-
-/// The files of a checkpoint.
-const WEIGHTS: &str = "matcher.bpk";
-const OPTIMIZER: &str = "optimizer.bpk";
-const STATE: &str = "state.json";
-const CHECKPOINT: FolderKind = FolderKind {
-    known_by: &[STATE],
-    files: &[WEIGHTS, OPTIMIZER, STATE],
-};
 
 #[cfg(test)]
 mod tests {
@@ -297,7 +265,7 @@ mod tests {
         let mut other = Training::new(&device, 6, Vec::new()).unwrap();
         let error = other.resume(&checkpoint).unwrap_err().to_string();
         assert!(error.contains("--seed 5"), "{error}");
-        fs::write(checkpoint.join(STATE), "{").unwrap();
-        assert!(again.resume(&checkpoint).unwrap_err().to_string().contains(STATE));
+        std::fs::write(checkpoint.join("state.json"), "{").unwrap();
+        assert!(again.resume(&checkpoint).unwrap_err().to_string().contains("state.json"));
     }
 }

@@ -8,6 +8,7 @@ use burn::store::ModuleRecord;
 use burn::tensor::Bytes;
 use deepsft_formats::{FolderKind, StagedFolder, recover_folder, sha256};
 use deepsft_network::Network;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt::Display;
@@ -69,14 +70,54 @@ pub struct Checkpoint {
 
 /// What `state.json` holds.
 #[derive(Serialize, Deserialize)]
-struct StateFile {
+struct StateFile<S> {
     #[serde(flatten)]
-    state: Checkpoint,
+    state: S,
     /// The SHA-256 of the files beside it. burn, which panics at some others, reads none but those that were saved.
     files: BTreeMap<String, String>,
 }
 
-/// A checkpoint that was read.
+/// A checkpoint whose state was read, and whose files can be.
+#[derive(Debug)]
+pub struct SavedFiles<S> {
+    /// Where the training stood.
+    pub state: S,
+    folder: PathBuf,
+    files: BTreeMap<String, String>,
+}
+
+impl<S> SavedFiles<S> {
+    /// Loads the network of a file into a `fresh` one. It must be no clone of another: clones share the running statistics of batch
+    /// normalisation.
+    ///
+    /// # Errors
+    /// [`TrainError::Checkpoint`] when the file cannot be read, is not as it was saved or of another network.
+    pub fn network<M: Module>(&self, name: &str, fresh: M) -> Result<M, TrainError> {
+        let path = self.folder.join(name);
+        let record = ModuleRecord::from_bytes(self.bytes(name)?).map_err(at(&path))?;
+        fresh.try_load_record(record).map_err(at(&path))
+    }
+
+    /// Loads the optimiser into a `fresh` one.
+    ///
+    /// # Errors
+    /// As [`SavedFiles::network`].
+    pub fn optimizer(&self, fresh: ModuleOptimizer) -> Result<ModuleOptimizer, TrainError> {
+        let bytes = self.bytes(OPTIMIZER)?;
+        fresh.from_bytes(bytes).map_err(at(&self.folder.join(OPTIMIZER)))
+    }
+
+    fn bytes(&self, name: &str) -> Result<Bytes, TrainError> {
+        let path = self.folder.join(name);
+        let bytes = fs::read(&path).map_err(cannot("read", &path))?;
+        if self.files.get(name) != Some(&sha256(&bytes)) {
+            return Err(at(&path)("it is not as it was saved"));
+        }
+        Ok(Bytes::from_bytes_vec(bytes))
+    }
+}
+
+/// A checkpoint of the three training steps that was read.
 pub struct Saved {
     /// Where the training stood.
     pub state: Checkpoint,
@@ -97,14 +138,15 @@ impl std::fmt::Debug for Saved {
 }
 
 const STATE: &str = "state.json";
-const NETWORK: &str = "network.bpk";
+/// The file of a checkpoint's network.
+pub const NETWORK_FILE: &str = "network.bpk";
 const AVERAGE: &str = "average.bpk";
 const OPTIMIZER: &str = "optimizer.bpk";
 
 /// The folder of a checkpoint.
 const CHECKPOINT_FOLDER: FolderKind = FolderKind {
     known_by: &[STATE],
-    files: &[STATE, NETWORK, AVERAGE, OPTIMIZER],
+    files: &[STATE, NETWORK_FILE, AVERAGE, OPTIMIZER],
 };
 
 /// A folder that holds one checkpoint, whole at any moment (see [`StagedFolder`]). One training at a time may use it.
@@ -123,19 +165,16 @@ impl CheckpointFolder {
     ///
     /// # Errors
     /// [`TrainError::Checkpoint`] when its state cannot be read.
-    pub fn state(&self) -> Result<Option<Checkpoint>, TrainError> {
-        Ok(self.state_file()?.map(|file| file.state))
-    }
-
-    fn state_file(&self) -> Result<Option<StateFile>, TrainError> {
+    pub fn read<S: DeserializeOwned>(&self) -> Result<Option<SavedFiles<S>>, TrainError> {
         recover_folder(&self.folder)?;
         let path = self.folder.join(STATE);
-        match fs::read(&path) {
-            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
-            bytes => Ok(Some(
-                serde_json::from_slice(&bytes.map_err(cannot("read", &path))?).map_err(at(&path))?,
-            )),
-        }
+        let bytes = match fs::read(&path) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+            bytes => bytes.map_err(cannot("read", &path))?,
+        };
+        let StateFile { state, files } = serde_json::from_slice(&bytes).map_err(at(&path))?;
+        let folder = self.folder.clone();
+        Ok(Some(SavedFiles { state, folder, files }))
     }
 
     /// Puts the checkpoint aside, under a name that is free, so that the training it belongs to begins anew. Returns where
@@ -177,23 +216,33 @@ impl CheckpointFolder {
                 path: self.folder.clone(),
             });
         }
-        let record = |name: &str, network: &Network| {
-            let record = network.clone().into_record().into_bytes();
-            record.map_err(at(&self.folder.join(name)))
-        };
+        let average = average.map(|average| (AVERAGE, average));
+        let networks: Vec<_> = [(NETWORK_FILE, network)].into_iter().chain(average).collect();
+        self.write(state, &networks, optimizer)
+    }
+
+    /// Writes a checkpoint of any training: its `state`, networks by the names of their files, the optimiser.
+    ///
+    /// # Errors
+    /// [`FormatError`](deepsft_formats::FormatError) names the file that cannot be written. The checkpoint before stays then.
+    pub fn write<S: Serialize, M: Module>(
+        &self,
+        state: &S,
+        networks: &[(&str, &M)],
+        optimizer: &ModuleOptimizer,
+    ) -> Result<(), TrainError> {
         let staged = StagedFolder::new(&self.folder, &CHECKPOINT_FOLDER)?;
         let mut files = BTreeMap::new();
         let mut write = |name: &str, bytes: Bytes| -> Result<(), TrainError> {
             files.insert(name.to_owned(), sha256(&bytes));
             Ok(staged.write(name, &bytes)?)
         };
-        write(NETWORK, record(NETWORK, network)?)?;
-        if let Some(average) = average {
-            write(AVERAGE, record(AVERAGE, average)?)?;
+        for (name, network) in networks {
+            let record = (*network).clone().into_record().into_bytes();
+            write(name, record.map_err(at(&self.folder.join(name)))?)?;
         }
         let optimizer = optimizer.into_bytes();
         write(OPTIMIZER, optimizer.map_err(at(&self.folder.join(OPTIMIZER)))?)?;
-        let state = state.clone();
         let file = serde_json::to_vec_pretty(&StateFile { state, files });
         staged.write(STATE, &file.map_err(at(&self.folder.join(STATE)))?)?;
         Ok(staged.commit()?)
@@ -212,40 +261,22 @@ impl CheckpointFolder {
         fingerprint: &Fingerprint,
         seed: u64,
     ) -> Result<Option<Saved>, TrainError> {
-        let Some(StateFile { state, files }) = self.state_file()? else {
+        let Some(saved) = self.read::<Checkpoint>()? else {
             return Ok(None);
         };
-        let folder = &self.folder;
-        let bytes = |name: &str| {
-            let path = folder.join(name);
-            let bytes = fs::read(&path).map_err(cannot("read", &path))?;
-            if files.get(name) != Some(&sha256(&bytes)) {
-                return Err(at(&path)("it is not as it was saved"));
-            }
-            Ok(Bytes::from_bytes_vec(bytes))
-        };
-        let seeds = (state.seed != seed).then(|| "seed".to_owned());
-        if let Some(what) = fingerprint.difference(&state.fingerprint).or(seeds) {
+        let seeds = (saved.state.seed != seed).then(|| "seed".to_owned());
+        if let Some(what) = fingerprint.difference(&saved.state.fingerprint).or(seeds) {
             return Err(TrainError::CheckpointMismatch {
                 what,
-                path: folder.clone(),
+                path: self.folder.clone(),
             });
         }
-        let load = |name: &str| -> Result<Network, TrainError> {
-            let path = folder.join(name);
-            let record = ModuleRecord::from_bytes(bytes(name)?).map_err(at(&path))?;
-            make_network()?.try_load_record(record).map_err(at(&path))
-        };
-        let network = load(NETWORK)?;
-        let average = files.contains_key(AVERAGE).then(|| load(AVERAGE)).transpose()?;
-        let optimizer = optimizer
-            .from_bytes(bytes(OPTIMIZER)?)
-            .map_err(at(&folder.join(OPTIMIZER)))?;
+        let load = |name: &str| saved.network(name, make_network()?);
         Ok(Some(Saved {
-            state,
-            network,
-            average,
-            optimizer,
+            network: load(NETWORK_FILE)?,
+            average: saved.files.contains_key(AVERAGE).then(|| load(AVERAGE)).transpose()?,
+            optimizer: saved.optimizer(optimizer)?,
+            state: saved.state,
         }))
     }
 }
@@ -307,6 +338,6 @@ mod tests {
                 "{error}"
             );
         }
-        assert_eq!(checkpoint.state().unwrap().unwrap().samples, 7);
+        assert_eq!(checkpoint.read::<Checkpoint>().unwrap().unwrap().state.samples, 7);
     }
 }

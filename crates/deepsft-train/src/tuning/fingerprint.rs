@@ -3,7 +3,7 @@
 use super::recorded_frames::TuningSet;
 use crate::config::{TrainConfig, TuningSettings, TuningStep};
 use crate::error::TrainError;
-use crate::run::{CheckpointFolder, Fingerprint};
+use crate::run::{Checkpoint, CheckpointFolder, Fingerprint};
 use deepsft_formats::{picture_fingerprint, sha256};
 use deepsft_network::Network;
 use serde::Serialize;
@@ -56,7 +56,7 @@ pub fn set_aside_outdated(
     config: &TrainConfig,
 ) -> Result<Option<PathBuf>, TrainError> {
     let folder = CheckpointFolder::new(&config.checkpoint);
-    let Some(saved) = folder.state()? else {
+    let Some(saved) = folder.read::<Checkpoint>()?.map(|saved| saved.state) else {
         return Ok(None);
     };
     let now = fingerprint(network, step, &set, config);
