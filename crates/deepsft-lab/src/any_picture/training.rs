@@ -266,6 +266,12 @@ mod tests {
         let error = other.resume(&checkpoint).unwrap_err().to_string();
         assert!(error.contains("--seed 5"), "{error}");
         std::fs::write(checkpoint.join("state.json"), "{").unwrap();
-        assert!(again.resume(&checkpoint).unwrap_err().to_string().contains("state.json"));
+        assert!(
+            again
+                .resume(&checkpoint)
+                .unwrap_err()
+                .to_string()
+                .contains("state.json")
+        );
     }
 }
