@@ -16,18 +16,20 @@ import { y4m } from "../support/y4m.mjs";
 
 const FRAMES = 40;
 
+/** A median vertex that is farther off belongs to another place than the object's, mm. */
+const LOST_MM = 20;
+
 const TOY = "models/soft-toy/template";
 const POSTER = "models/poster-a4/template/texture.png";
 const TUBE = ["--size-mm", "297x210", "--around-mm", "91.4"];
 
-/** The template that is shown, what the page adds, and how far off the median vertex may be, mm. */
+/** The template that is shown, what the page adds, and how far off the median vertex may be in the median frame, mm. */
 const OBJECTS = {
-  "a soft toy": { shown: async () => join(ROOT, TOY), added: { folder: `/${TOY}` }, most: 10 },
+  "a soft toy": { shown: async () => join(ROOT, TOY), added: { folder: `/${TOY}` }, most: 6 },
   "a printed tube": {
     shown: () => made("template", "new", "--image", { input: join(ROOT, POSTER) }, ...TUBE),
     added: { picture: `/${POSTER}`, options: { widthMm: 297, heightMm: 210, aroundMm: 91.4 } },
-    // Squeezed and bent as it moves.
-    most: 6,
+    most: 4,
   },
 };
 
@@ -71,10 +73,11 @@ const follows = ({ shown, added, most }) => async () => {
     assert.deepEqual([seen.kind, seen.grade, seen.meshes.length], [added.folder ? "template" : "picture", null, FRAMES]);
     const found = seen.meshes.flatMap((vertices, i) => (vertices ? [{ vertices, truth: clip.frames[i].vertices }] : []));
     assert.ok(found.length >= 0.8 * FRAMES, `found in ${found.length} of ${FRAMES} frames`);
-    for (const { vertices, truth } of found.slice(-5)) {
-      const median = medianDistance(vertices, truth);
-      assert.ok(median < most, `the median vertex is ${median.toFixed(1)} mm off`);
-    }
+    // Hidden vertices count too: how far they are off in a single frame hangs on when the finder answered.
+    const off = found.map(({ vertices, truth }) => medianDistance(vertices, truth));
+    const said = off.map((mm) => mm.toFixed(1)).join(" ");
+    assert.ok(off.toSorted((a, b) => a - b)[off.length >> 1] < most, `the median vertices are ${said} mm off`);
+    assert.ok(off.slice(-5).every((mm) => mm < LOST_MM), `they are lost in the end: ${said} mm off`);
   });
 };
 
