@@ -41,7 +41,7 @@ const MAX_POINTS: f64 = 40_000.0;
 
 /// Explained fraction from which no softer mesh is tried, and how much more a softer one has to explain.
 const SURE: f64 = 0.9;
-const MORE: f64 = 0.02;
+pub(super) const MORE: f64 = 0.02;
 
 /// What a camera with a longer focal length would see of a sheet.
 pub(super) struct CloseUp {

@@ -1,11 +1,12 @@
 //! The mesh of one frame.
 
-use super::close_up::{CloseUp, close_ups, fit_through};
+use super::close_up::{CloseUp, MORE, close_ups, fit_through};
 use super::coarse_fitter::{CoarseFitter, JUDGED_BLUR_PX};
 use super::deviations::deviations;
+use super::isometric_mesh::Stiffness;
 use super::low_modes::likeliest_shape;
 use super::measurements::measurements_of_mesh;
-use super::mesh_fitter::{FitRound, Resolution};
+use super::mesh_fitter::{FitRound, Fitted, MeshFitter, Resolution};
 use super::mode_hops::{MIN_PROMISING, best_of_mode_hops};
 use super::observation::Observation;
 use super::options::FitOptions;
@@ -16,6 +17,7 @@ use crate::camera::Camera;
 use crate::error::{GeometryError, check_size, check_start};
 use crate::image::{GreyImage, Picture};
 use crate::mesh::{SurfacePoint, Template};
+use crate::solver::Energy;
 use crate::surface::Surface;
 use glam::DVec3;
 
@@ -124,7 +126,11 @@ impl FrameFitter {
                 ..FitRound::new(blur, self.coarse.options.steps)
             };
             let fitter = &mut self.coarse.mesh_fitter;
-            let fitted = fitter.round(observation, &vertices, &round, &[&reprojection, &depth])?;
+            let priors: [&dyn Energy; 2] = [&reprojection, &depth];
+            let mut fitted = fitter.round(observation, &vertices, &round, &priors)?;
+            if !fitter.template.is_sheet() {
+                fitted = softened(fitter, observation, fitted, (&round, &blurs), &priors)?;
+            }
             (vertices, correlation) = (fitted.vertices, fitted.correlation);
         }
         Ok(Some(Surface {
@@ -219,4 +225,27 @@ impl FrameFitter {
         let coarse = self.coarse.initial_mesh(&from, camera)?;
         Ok(Some(self.coarse.mesh_fitter.fine_vertices(&coarse)))
     }
+}
+
+/// A solid fitted anew with less rigidity, from where it was, if that explains more of the image: an arm that swings is far from where a
+/// stiff body has it.
+fn softened(
+    fitter: &mut MeshFitter,
+    observation: Observation<'_>,
+    stiff: Fitted,
+    (round, blurs): (&FitRound<'_>, &[f32]),
+    priors: &[&dyn Energy],
+) -> Result<Fitted, GeometryError> {
+    let mut softer = stiff.clone();
+    for &blur in blurs {
+        let round = FitRound {
+            stiffness: Stiffness::SOFTER,
+            resolution: round.resolution,
+            mask: round.mask,
+            ..FitRound::new(blur, round.steps)
+        };
+        softer = fitter.round(observation, &softer.vertices, &round, priors)?;
+    }
+    let is_softer = softer.correlation.explained >= stiff.correlation.explained + MORE;
+    Ok(if is_softer { softer } else { stiff })
 }

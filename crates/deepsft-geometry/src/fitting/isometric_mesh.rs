@@ -18,6 +18,9 @@ impl Stiffness {
     /// The whole weight.
     pub(crate) const WHOLE: Self = Self(STIFFNESSES.len() - 1);
 
+    /// The next lower one.
+    pub(crate) const SOFTER: Self = Self(STIFFNESSES.len() - 2);
+
     /// Hardly any: what a mesh shows in the image is then its registration and nothing else.
     pub(crate) const FREE: Self = Self(0);
 

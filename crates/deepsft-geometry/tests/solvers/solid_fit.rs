@@ -100,6 +100,29 @@ fn a_bent_box_is_fitted_from_a_rigid_one_that_is_off_and_its_hidden_sides_follow
 }
 
 #[test]
+fn a_box_that_waves_is_followed_by_a_softer_one() {
+    let scene = Scene::new();
+    let rotation = DQuat::from_rotation_x(-0.5) * DQuat::from_rotation_y(0.7);
+    let [truth, start] = [12.0, 0.0].map(|height| -> Vec<DVec3> {
+        let waving = |p: &DVec3| *p + DVec3::Z * height * (p.y / 22.0).sin();
+        let rest = scene.template.mesh().vertices().iter();
+        rest.map(|p| rotation * waving(p) + AWAY).collect()
+    });
+    let (true_maps, start_maps) = (scene.maps(&truth), scene.maps(&start));
+    let image = scene.picture(&true_maps);
+    let mut fitter = FrameFitter::new(&scene.template, FitOptions::default()).unwrap();
+    let from = Start::Maps(start_maps.clone());
+    let surface = fitter.fit(&image, &scene.camera, &from).unwrap().unwrap();
+    let [before, after] = [start_maps, surface.maps(scene.template.mesh())].map(|maps| scene.errors(&maps, &true_maps));
+    let [before, after] = [before, after].map(|errors| errors.registration_rmse_px.unwrap());
+    assert!(
+        before > 8.0 && after < 2.0,
+        "{before} -> {after} px {:?}",
+        surface.verdict
+    );
+}
+
+#[test]
 fn a_box_that_is_not_bent_keeps_its_shape_and_a_bent_one_does_not() {
     let scene = Scene::new();
     let focal = scene.camera.focal() * 2.0;
