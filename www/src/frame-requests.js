@@ -29,6 +29,7 @@ import { Estimate } from "./results/estimate.js";
 /**
  * @typedef {object} FlattenOptions
  * @property {number} [width] pixels of the flat print, 16 to 4096; default 1024. Its height follows.
+ * @property {boolean} [unshaded] divides shadows, uneven light and its colour out of it; what is written on the print stays. Default false
  * @property {Target} [target] as for `estimate`
  * @property {CameraOption} [camera] as for `estimate`
  * @property {AbortSignal} [signal] rejects at once with its reason
@@ -77,13 +78,13 @@ export class FrameRequests {
    * @param {FlattenOptions} options
    * @returns {Promise<FlatPrint | null>}
    */
-  async flatten(image, { width = 1024, signal, ...options }) {
+  async flatten(image, { width = 1024, unshaded = false, signal, ...options }) {
     if (!(width >= MIN_WIDTH && width <= MAX_WIDTH)) throw new DeepSftError("invalid-argument", `The flat print is to be ${width} pixels wide, expected ${MIN_WIDTH} to ${MAX_WIDTH}`);
     const picture = await readImage(image, signal);
     const wanted = async () => {
       signal?.throwIfAborted();
       const columns = Math.round(width);
-      const { answer } = await this.#ask(picture, options, (worker, request) => worker.flatten({ ...request, columns }));
+      const { answer } = await this.#ask(picture, options, (worker, request) => worker.flatten({ ...request, columns, unshaded }));
       return answer && { image: new ImageData(answer.rgba, answer.width), confidence: answer.confidence };
     };
     return unlessAborted(this.#inTurn(wanted), signal);

@@ -32,6 +32,10 @@ export type FlattenOptions = {
      */
     width?: number;
     /**
+     * divides shadows, uneven light and its colour out of it; what is written on the print stays. Default false
+     */
+    unshaded?: boolean;
+    /**
      * as for `estimate`
      */
     target?: Target;
@@ -67,7 +71,7 @@ export declare class FrameRequests {
      * @param {FlattenOptions} options
      * @returns {Promise<FlatPrint | null>}
      */
-    flatten(image: ImageInput, { width, signal, ...options }: FlattenOptions): Promise<FlatPrint | null>;
+    flatten(image: ImageInput, { width, unshaded, signal, ...options }: FlattenOptions): Promise<FlatPrint | null>;
     /**
      * Has the finders look for targets in a frame.
      *

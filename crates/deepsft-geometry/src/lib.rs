@@ -32,6 +32,7 @@ mod flat_print;
 mod image;
 mod maps;
 mod mesh;
+mod print_shading;
 mod recovery;
 pub mod solver;
 mod surface;

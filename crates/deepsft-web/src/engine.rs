@@ -170,7 +170,7 @@ impl Engine {
         })
     }
 
-    /// The print of a target as one frame shows it, laid flat, `columns` pixels wide: found and fitted as for [`Engine::estimate`], also
+    /// The print of a target as one frame shows it, laid flat, `columns` pixels wide, without shading where it is to be `unshaded`: found and fitted as for [`Engine::estimate`], also
     /// where the target has a network. Resolves to `null` where it is not found. Rejects as [`Engine::estimate`].
     #[wasm_bindgen(unchecked_return_type = "Promise<RawFlatPrint | null>")]
     pub fn flatten(
@@ -182,12 +182,13 @@ impl Engine {
         camera: Vec<f64>,
         source: &str,
         columns: usize,
+        unshaded: bool,
     ) -> Promise {
         let (core, origin) = (Rc::clone(&self.core), camera_origin(source));
         settle::promise(async move {
             let target = core.target(id)?;
             let (picture, camera) = frame_from(&rgba, (width, height), &camera)?;
-            let flat = target.flatten((&picture, &camera), origin, columns).await;
+            let flat = target.flatten((&picture, &camera), origin, columns, unshaded).await;
             let flat = flat.map_err(|error| core.failed(&error))?;
             Ok(flat.map_or(JsValue::NULL, JsValue::from))
         })

@@ -129,20 +129,25 @@ impl EngineTarget {
         seen
     }
 
-    /// The print that an image shows, laid flat, `columns` pixels wide: a plain object, the `RawFlatPrint` of TypeScript. Of the camera as
+    /// The print that an image shows, laid flat, `columns` pixels wide, without shading where it is to be `unshaded`: a plain object, the `RawFlatPrint` of TypeScript. Of the camera as
     /// for [`EngineTarget::estimate`].
     pub async fn flatten(
         &self,
         (image, camera): (&Picture, &Camera),
         origin: CameraOrigin,
         columns: usize,
+        unshaded: bool,
     ) -> Result<Option<Object>, DeepSftError> {
         let (estimate, told) = self.found_in((image, camera), origin).await?;
         let camera = told.as_ref().map_or(camera, |told| &told.camera);
         let Some(surface) = estimate.surface.filter(|_| estimate.judgement.found) else {
             return Ok(None);
         };
-        let flat = surface.flatten(self.target.template(), (image, camera), columns)?;
+        let template = self.target.template();
+        let mut flat = surface.flatten(template, (image, camera), columns)?;
+        if unshaded {
+            flat = flat.without_shading(template.texture());
+        }
         Ok(Some(object([
             ("width", (columns as u32).into()),
             ("rgba", rgba(&flat.picture).into()),

@@ -155,11 +155,11 @@ export async function find({ ids, estimated, frame, intrinsics, focal }) {
  * @param {FlattenRequest} request
  * @returns {Promise<{ value: RawFlatPrint | null, transfer: Transferable[] }>}
  */
-export async function flatten({ id, frame, intrinsics, source, columns }) {
+export async function flatten({ id, frame, intrinsics, source, columns, unshaded }) {
   const { rgba } = read(frame);
   const { width, height } = frame;
   closeFrame(frame);
-  const value = await started().flatten(id, rgba, width, height, new Float64Array(intrinsics), source, columns);
+  const value = await started().flatten(id, rgba, width, height, new Float64Array(intrinsics), source, columns, unshaded);
   return { value, transfer: value ? [value.rgba.buffer, value.confidence.buffer] : [] };
 }
 

@@ -62,7 +62,7 @@ import { WorkerCalls } from "./worker-calls.js";
 /** @typedef {{ file: Blob, width: number, height: number }} PhotographRequest the size of the picture as it is shown */
 /** @typedef {{ files: Map<string, Uint8Array>, mmPerUnit: number | undefined }} ScanRequest */
 /** @typedef {{ id: number, frame: ImageBitmap | ImageData, intrinsics: number[], source: CameraSource, fit: boolean }} EstimateRequest intrinsics are fx, fy, cx, cy, k1, k2, p1, p2, k3 */
-/** @typedef {{ id: number, frame: ImageBitmap | ImageData, intrinsics: number[], source: CameraSource, columns: number }} FlattenRequest */
+/** @typedef {{ id: number, frame: ImageBitmap | ImageData, intrinsics: number[], source: CameraSource, columns: number, unshaded: boolean }} FlattenRequest */
 /** @typedef {{ ids: number[], estimated: boolean, frame: ImageBitmap | ImageData, intrinsics: number[], focal: number }} FindRequest `focal`: of the canonical image, pixels */
 
 /**

@@ -59,7 +59,7 @@ export class SceneSheet extends Sheet {
   /**
    * Lays the print flat as the camera's newest picture shows it, without what the scene puts on it: for forms, labels, colouring books.
    *
-   * @param {Pick<FlattenOptions, "width" | "signal">} [options]
+   * @param {Pick<FlattenOptions, "width" | "unshaded" | "signal">} [options]
    * @returns {Promise<FlatPrint | null>} null where it is not found
    * @throws {DeepSftError} as `sft.flatten`
    */

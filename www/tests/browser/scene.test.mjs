@@ -321,8 +321,8 @@ test("a print laid flat is the picture again, and a hand on it has no confidence
       await ar.sheet().print(halves());
       const early = await ar.sheet().flatten();
       const texture = await createImageBitmap(await (await fetch(picture)).blob());
-      const compared = async () => {
-        const { image, confidence } = await ar.sheet().flatten({ width: 300 });
+      const compared = async (unshaded = false) => {
+        const { image, confidence } = await ar.sheet().flatten({ width: 300, unshaded });
         const canvas = new OffscreenCanvas(image.width, image.height);
         const pen = canvas.getContext("2d");
         Object.assign(pen, { imageSmoothingQuality: "high" }).drawImage(texture, 0, 0, image.width, image.height);
@@ -334,18 +334,19 @@ test("a print laid flat is the picture again, and a hand on it has no confidence
         const product = (f) => mean(pairs.map(([x, y]) => f(x - a, y - b)));
         const correlation = product((x, y) => x * y) / Math.sqrt(product((x) => x * x) * product((_, y) => y * y));
         const middle = [...confidence].filter((_, i) => Math.hypot((i % 300) - 150, Math.floor(i / 300) - image.height / 2) < 15);
-        return { size: [image.width, image.height], correlation, shown: pairs.length / confidence.length, middle: mean(middle.map((c) => Number(c > 0))) };
+        return { size: [image.width, image.height], correlation, shown: pairs.length / confidence.length, middle: mean(middle.map((c) => Number(c > 0))), off: mean(pairs.map(([x, y]) => Math.abs(x - y))) };
       };
       await until(() => ar.sheet().visible);
-      const open = await compared();
+      const [open, even] = [await compared(), await compared(true)];
       source.hand = true;
       await drawn(ar, 14);
-      return { early, open, hand: await compared() };
+      return { early, open, even, hand: await compared() };
     }, PICTURE);
-    const { early, open, hand } = measured;
+    const { early, open, even, hand } = measured;
     assert.equal(early, null, "before the first frame");
     assert.deepEqual(open.size, [300, 212]);
     assert.ok(open.correlation > 0.9 && open.shown > 0.8 && open.middle === 1, JSON.stringify(open));
+    assert.ok(even.off < 0.5 * open.off && even.correlation > open.correlation, JSON.stringify({ open, even }));
     assert.ok(hand.middle < 0.2 && hand.shown < open.shown, JSON.stringify(hand));
     await assert.rejects(page.evaluate(() => ar.sheet().flatten({ width: 5 })), /5 pixels wide/);
   }),

@@ -63,7 +63,7 @@ export declare function find({ ids, estimated, frame, intrinsics, focal }: FindR
  * @param {FlattenRequest} request
  * @returns {Promise<{ value: RawFlatPrint | null, transfer: Transferable[] }>}
  */
-export declare function flatten({ id, frame, intrinsics, source, columns }: FlattenRequest): Promise<{
+export declare function flatten({ id, frame, intrinsics, source, columns, unshaded }: FlattenRequest): Promise<{
     value: RawFlatPrint | null;
     transfer: Transferable[];
 }>;

@@ -95,6 +95,7 @@ export type FlattenRequest = {
     intrinsics: number[];
     source: CameraSource;
     columns: number;
+    unshaded: boolean;
 };
 export type FindRequest = {
     ids: number[];

@@ -33,11 +33,11 @@ export declare class SceneSheet extends Sheet {
     /**
      * Lays the print flat as the camera's newest picture shows it, without what the scene puts on it: for forms, labels, colouring books.
      *
-     * @param {Pick<FlattenOptions, "width" | "signal">} [options]
+     * @param {Pick<FlattenOptions, "width" | "unshaded" | "signal">} [options]
      * @returns {Promise<FlatPrint | null>} null where it is not found
      * @throws {DeepSftError} as `sft.flatten`
      */
-    flatten(options?: Pick<FlattenOptions, "width" | "signal">): Promise<FlatPrint | null>;
+    flatten(options?: Pick<FlattenOptions, "width" | "unshaded" | "signal">): Promise<FlatPrint | null>;
     /** The film that is printed on it; null for none. */
     get video(): HTMLVideoElement | null;
     /** Plays the film while the print is found, else pauses it. */

@@ -97,6 +97,9 @@ pub struct ReconstructArguments {
     /// Lay the photographed print flat too, so many pixels wide: flat.png
     #[arg(long, value_name = "PX", value_parser = clap::value_parser!(u16).range(16..=8192))]
     flat: Option<u16>,
+    /// Divide shadows, uneven light and its colour out of flat.png
+    #[arg(long, requires = "flat")]
+    unshaded: bool,
     /// What computes: cpu, or webgpu if the program was built with it
     #[arg(long, value_name = "DEVICE", default_value_t = DeviceKind::Cpu)]
     device: DeviceKind,
@@ -155,6 +158,7 @@ pub fn run(arguments: &ReconstructArguments) -> Result<()> {
     }
     let mut object = Object {
         flat_width: arguments.flat.map(usize::from),
+        unshaded: arguments.unshaded,
         recovery: match mesh {
             MeshChoice::Fit => None,
             other => Some(other.prepare(target.template())?),
@@ -209,6 +213,7 @@ struct Object {
     /// Without a fit: what to do with the network's maps, if anything.
     recovery: Option<Option<MeshRecovery>>,
     flat_width: Option<usize>,
+    unshaded: bool,
     name: String,
     device: Option<String>,
     texture_png: Vec<u8>,
@@ -267,7 +272,7 @@ impl Object {
         let mut files = self.files(&estimate, whole.as_ref())?;
         if let (Some(width), Some(surface)) = (self.flat_width, surface) {
             let flat = surface.flatten(template, (&image, &camera), width)?;
-            files.extend(flat_files(&flat)?);
+            files.extend(flat_files(&flat, self.unshaded.then(|| template.texture()))?);
         }
         files.insert(REPORT_FILE.to_owned(), serde_json::to_vec_pretty(&report)?);
         results.filled(&files)?.commit()?;

@@ -111,6 +111,9 @@ pub struct TrackArguments {
     /// Lay the print flat too as most frames show it, so many pixels wide: flat.png
     #[arg(long, value_name = "PX", conflicts_with = "smooth", value_parser = clap::value_parser!(u16).range(16..=8192))]
     flat: Option<u16>,
+    /// Divide shadows, uneven light and its colour out of flat.png
+    #[arg(long, requires = "flat")]
+    unshaded: bool,
     /// Folder to write; an older track there is replaced
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
@@ -225,14 +228,10 @@ pub fn run(arguments: &TrackArguments) -> Result<()> {
     };
     let laid_flat = || -> Result<()> {
         let flat = track.flat.as_ref().and_then(|(_, prints)| prints.median());
-        for (name, bytes) in flat
-            .iter()
-            .map(flat_files)
-            .collect::<Result<Vec<_>>>()?
-            .into_iter()
-            .flatten()
-        {
-            track.folder.write_whole(&name, &bytes)?;
+        if let Some(flat) = flat {
+            for (name, bytes) in flat_files(&flat, arguments.unshaded.then(|| template.texture()))? {
+                track.folder.write_whole(&name, &bytes)?;
+            }
         }
         Ok(())
     };

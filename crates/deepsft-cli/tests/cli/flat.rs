@@ -49,8 +49,8 @@ fn a_photographed_print_is_laid_flat() {
         "results",
         "clip/frame-00000.png",
     ];
-    let flat = ["--flat", "300"];
-    deepsft(folder.path(), &[&arguments[..], &printed, &flat].concat()).succeeds();
+    let flat_width = ["--flat", "300"];
+    deepsft(folder.path(), &[&arguments[..], &printed, &flat_width].concat()).succeeds();
     let results = folder.path().join("results/frame-00000");
     let [flat, confidence] = ["flat.png", "flat-confidence.png"].map(|name| picture(&results.join(name)));
     assert_eq!((flat.size(), flat.size()), ((300, 212).into(), confidence.size()));
@@ -60,6 +60,28 @@ fn a_photographed_print_is_laid_flat() {
         correlation > 0.7 && count > 0.7 * 300.0 * 212.0,
         "{correlation}, {count}"
     );
+
+    let mean_difference = |flat: &Picture| {
+        let texture = picture(Path::new(&path));
+        let scale = texture.width() as f64 / flat.width() as f64;
+        let seen = (0..300 * 212).map(|place| (place % 300, place / 300));
+        let seen = seen.filter(|(x, y)| confidence.pixel(*x, *y)[0] > 0);
+        let off = seen.map(|(x, y)| {
+            let drawn = texture.sample((x as f64 + 0.5) * scale, (y as f64 + 0.5) * scale);
+            let pixel = flat.pixel(x, y);
+            (0..3).map(|k| (f32::from(pixel[k]) - drawn[k]).abs()).sum::<f32>()
+        });
+        off.sum::<f32>() / (3.0 * count as f32)
+    };
+    deepsft(
+        folder.path(),
+        &[&arguments[..], &printed, &flat_width, &["--unshaded"]].concat(),
+    )
+    .succeeds();
+    let unshaded = mean_difference(&picture(&results.join("flat.png")));
+    let shaded = mean_difference(&flat);
+    assert!(unshaded < 0.8 * shaded, "{shaded} -> {unshaded} of 255");
+    deepsft(folder.path(), &[&arguments[..], &printed, &["--unshaded"]].concat()).fails(USAGE, &["--flat"]);
 
     let of_maps = ["--mesh", "none", "--flat", "300"];
     let model = ["--model", shipped];

@@ -237,3 +237,54 @@ fn the_median_of_a_video_is_the_print_without_the_hand_and_the_highlight_that_mo
         "{refused:?}"
     );
 }
+
+#[test]
+fn a_print_under_a_shadow_and_a_warm_lamp_loses_both_and_keeps_what_was_written_on_it() {
+    let (width, height) = (850, 600);
+    let template = template();
+    let print = |x: f64, y: f64| {
+        let extent = template.texture().size().as_dvec2();
+        template.texture().sample(x * extent.x, y * extent.y)
+    };
+    let texture = Picture::from_fn(width, height, |x, y| {
+        let at = [(x as f64 + 0.5) / width as f64, (y as f64 + 0.5) / height as f64];
+        print(at[0], at[1]).map(|c| (c + 0.5) as u8)
+    });
+    // A pen has crossed the print, and the shadow's border is as wide as a finger's.
+    let is_written = |x: usize, y: usize| (x + 2 * y) % 97 < 4;
+    let light = |x: usize, y: usize| {
+        let shadow = ((x + y) as f32 - 700.0) / 40.0;
+        0.9 - 0.5 / (1.0 + (-shadow).exp())
+    };
+    let flat = FlatPrint {
+        picture: Picture::from_fn(width, height, |x, y| {
+            let color = if is_written(x, y) { [20; 3] } else { texture.pixel(x, y) };
+            let tint = [1.0, 0.9, 0.7];
+            [0, 1, 2].map(|k| (f32::from(color[k]) * light(x, y) * tint[k]).round() as u8)
+        }),
+        confidence: (0..width * height)
+            .map(|place| f32::from(u8::from(place % width >= 60)))
+            .collect(),
+    };
+    let unshaded = flat.without_shading(&texture);
+    let (mut off, mut before, mut written, mut count) = (0.0, 0.0, 0.0, 0.0);
+    for place in 0..width * height {
+        let (x, y) = (place % width, place / width);
+        let [is, was, true_color] =
+            [&unshaded.picture, &flat.picture, &texture].map(|picture| picture.pixel(x, y).map(f32::from));
+        if x < 60 {
+            assert_eq!(is, was);
+        } else if is_written(x, y) {
+            written = f32::max(written, is[1]);
+        } else {
+            let difference = |a: [f32; 3]| (0..3).map(|k| (a[k] - true_color[k]).abs()).sum::<f32>() / 3.0;
+            (off, before, count) = (off + difference(is), before + difference(was), count + 1.0);
+        }
+    }
+    let [off, before] = [off, before].map(|sum: f32| sum / count);
+    println!("{before} -> {off} of 255, written {written}");
+    assert!(
+        off < 1.0 && before > 50.0 && written < 40.0,
+        "{before} -> {off} of 255, written {written}"
+    );
+}
