@@ -7,7 +7,7 @@ use super::isometric_mesh::Stiffness;
 use super::low_modes::likeliest_shape;
 use super::measurements::measurements_of_mesh;
 use super::mesh_fitter::{FitRound, Fitted, MeshFitter, Resolution};
-use super::mode_hops::{MIN_PROMISING, best_of_mode_hops};
+use super::mode_hops::{best_of_mode_hops, is_promising};
 use super::observation::Observation;
 use super::options::FitOptions;
 use super::reversed_pose::reversed_pose;
@@ -179,7 +179,7 @@ impl FrameFitter {
         let mut close_ups = close_ups(image, camera, &surface, &fitter.print)?;
         if let Some(fitted) = fit_through(fitter, &close_ups, &surface, &[&reprojection, &depth])? {
             // A fit that was too bad to be tried elsewhere says nothing of a print that looks like itself only when it is blurred.
-            let is_tried = surface.verdict.correlation >= MIN_PROMISING;
+            let is_tried = is_promising(&surface.verdict);
             let ambiguity = surface
                 .verdict
                 .ambiguity

@@ -5,12 +5,15 @@ use super::mesh_fitter::Fitted;
 use super::observation::Observation;
 use super::self_similarity::SelfSimilarity;
 use crate::error::GeometryError;
+use crate::verdict::Verdict;
 
 /// Times that a fit moves on to a place that looks alike and that the image confirms more.
 const MAX_HOPS: usize = 3;
 
-/// Correlation below which a fit is not worth trying elsewhere.
-pub(super) const MIN_PROMISING: f64 = 0.4;
+/// Correlation, or explained fraction, from which a fit is worth trying elsewhere. A form that was filled in correlates badly with the empty
+/// one where it lies right, for the ink between its lines counts; but what is printed around is explained.
+const MIN_CORRELATION: f64 = 0.4;
+const MIN_EXPLAINED: f64 = 0.3;
 
 /// Mean distance of vertices within which two meshes are one, fractions of the print's longer side: less than half of the
 /// shortest shift.
@@ -29,7 +32,7 @@ pub(super) fn best_of_mode_hops<'a>(
     if self_similarities.is_empty() {
         return Ok((found, from, None));
     }
-    if found.correlation.whole < MIN_PROMISING {
+    if !is_promising(&found.correlation.verdict(None)) {
         return Ok((found, from, Some(1.0)));
     }
     let side = fitter.mesh_fitter.template.size_mm().max_element();
@@ -72,6 +75,11 @@ pub(super) fn best_of_mode_hops<'a>(
     Ok((found, from, ambiguity.or(Some(1.0))))
 }
 
+/// Whether a fit is worth trying elsewhere.
+pub(super) fn is_promising(verdict: &Verdict) -> bool {
+    verdict.correlation >= MIN_CORRELATION || verdict.explained >= MIN_EXPLAINED
+}
+
 /// Whether two coarse meshes lie on each other: then one has slid back.
 fn is_same_place(a: &Fitted, b: &Fitted, side: f64) -> bool {
     a.distance(&b.vertices) < SAME_PLACE * side
@@ -88,6 +96,18 @@ mod tests {
     use crate::maps::raster::VisibleSurface;
     use crate::mesh::Template;
     use glam::{DVec2, DVec3};
+
+    #[test]
+    fn a_filled_in_form_is_worth_trying_elsewhere_and_a_fit_that_explains_little_is_not() {
+        let of = |correlation: f64, explained: f64| Verdict {
+            correlation,
+            explained,
+            ..Verdict::default()
+        };
+        let promising =
+            [(0.36, 0.5), (0.45, 0.2), (0.36, 0.2)].map(|(whole, explained)| is_promising(&of(whole, explained)));
+        assert_eq!(promising, [true, true, false]);
+    }
 
     #[test]
     fn a_place_that_two_motions_lead_to_is_not_its_own_rival() {
