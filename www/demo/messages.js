@@ -73,7 +73,7 @@ const MESSAGES = {
   },
   "image-unreadable": {
     title: "This picture could not be read",
-    advice: "It may be empty, broken, or of a kind this browser does not know. JPEG and PNG always work.",
+    advice: "{reason}",
     remedies: ["image", "clip"],
   },
   "picture-small": {

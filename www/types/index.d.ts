@@ -11,6 +11,7 @@ export { Session } from "./tracking/session.js";
 export { Recording, pictureOf, recordingCanvas, recordingKind, shareFile } from "./record/recording.js";
 export { measureSheet } from "./results/measures.js";
 export { SurfaceMesh } from "./results/surface-mesh.js";
+export { whyUnreadable } from "./frames/image-input.js";
 export { Scan } from "./targets/scan.js";
 export { SurfacePose } from "./results/surface-pose.js";
 export { Target } from "./targets/target.js";

@@ -1,5 +1,6 @@
 // From a file or a camera's frame to pixels that can be cropped.
 
+import { whyUnreadable } from "deepsft";
 import { PictureError } from "../messages.js";
 
 /** Longest side, pixels, that is worked with. A photograph of a print is larger than the print in it. */
@@ -23,7 +24,6 @@ const MIN_LENGTH = 64;
  * @throws {PictureError} `image-unreadable`, `picture-small`, `picture-empty`
  */
 export async function readPicture(file, name) {
-  if (file.size === 0) throw new PictureError("image-unreadable", `${name} is an empty file.`);
   const image = await decoded(file, name);
   return pictureFrom(image, image.naturalWidth, image.naturalHeight, name);
 }
@@ -113,9 +113,7 @@ async function decoded(file, name) {
     await image.decode();
     return image;
   } catch (cause) {
-    throw new PictureError("image-unreadable", `${name} is broken, too large, or no picture that this browser knows.`, {
-      cause,
-    });
+    throw new PictureError("image-unreadable", `${name} could not be read: ${await whyUnreadable(file)}.`, { cause });
   } finally {
     URL.revokeObjectURL(url);
   }

@@ -63,11 +63,9 @@ export async function transferableFrame(image) {
   try {
     bitmap = await createImageBitmap(image);
   } catch (error) {
-    const empty = image instanceof Blob && image.size === 0;
-    const message = empty
-      ? "The image file is empty."
-      : "The image could not be read: it is empty, broken, too large, or of a kind this browser does not know.";
-    throw new DeepSftError("image-unreadable", message, { cause: error });
+    const name = image instanceof Blob && "name" in image ? image.name : "The image";
+    const reason = image instanceof Blob ? await whyUnreadable(image) : "it is empty, broken or too large";
+    throw new DeepSftError("image-unreadable", `${name} could not be read: ${reason}.`, { cause: error });
   }
   const { width, height } = bitmap;
   if (width * height <= MAX_PIXELS) return { frame: bitmap, width, height };
@@ -84,6 +82,25 @@ export async function transferableFrame(image) {
   } finally {
     bitmap.close();
   }
+}
+
+/** Kinds of pictures by their first bytes: those that every browser knows, and others that people have. */
+const KNOWN = /^(\x89PNG|\xff\xd8\xff|GIF8|RIFF....WEBP|BM)/s;
+const OTHERS = Object.entries({ TIFF: /^(II\*\0|MM\0\*)/, HEIC: /^....ftyp(hei|hev|mif1|msf1)/s, AVIF: /^....ftypavi/s });
+
+/**
+ * Tells why this browser cannot read a file as a picture, and what to do.
+ *
+ * @param {Blob} file that could not be read
+ * @returns {Promise<string>} "it is ...", and what to do, without the full stop
+ */
+export async function whyUnreadable(file) {
+  if (file.size === 0) return "it is empty (0 bytes). Copy it again from where it came";
+  const start = String.fromCharCode(...new Uint8Array(await file.slice(0, 16).arrayBuffer()));
+  if (KNOWN.test(start)) return "it was cut short, is broken or too large. Copy it again from where it came";
+  const [kind] = OTHERS.find(([, begins]) => begins.test(start)) ?? [];
+  if (kind === "HEIC") return "it is HEIC, which this browser does not know. Export it as JPEG (on an iPhone: Settings, Camera, Formats, Most Compatible)";
+  return `it is ${kind ? `${kind}, which this browser does not know` : "no picture that this browser knows"}. Save it as PNG or JPEG`;
 }
 
 /**

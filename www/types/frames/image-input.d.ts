@@ -34,6 +34,13 @@ export declare function transferableFrame(image: ReadImage): Promise<{
     height: number;
 }>;
 /**
+ * Tells why this browser cannot read a file as a picture, and what to do.
+ *
+ * @param {Blob} file that could not be read
+ * @returns {Promise<string>} "it is ...", and what to do, without the full stop
+ */
+export declare function whyUnreadable(file: Blob): Promise<string>;
+/**
  * Lets a frame's memory go. One that was sent to a worker has none left here.
  *
  * @param {ImageBitmap | ImageData} frame

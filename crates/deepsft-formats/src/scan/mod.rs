@@ -108,8 +108,8 @@ impl Textures<'_> {
             }
             (_, Some(asked)) => asked,
             (_, None) => refused(format!(
-                "it names {name:?}, which is not in its folder: put that file beside the scan, or give one texture for \
-                 all of it (on the command line --texture)"
+                "it names {name:?}, which is not in its folder: put that file beside the scan (in a page choose both together), or give \
+                 one texture for all of it (on the command line --texture)"
             )),
         }
     }
