@@ -2,26 +2,33 @@
 
 use crate::{
     failure::{Code, Failure},
-    input::files_from,
+    input::{files_from, picture_from},
     mesh::{positions, template_mesh},
     object::{object, rgba},
     settle,
 };
 use deepsft::geometry::{Picture, Template, UnrolledSheet, unroll};
 use deepsft::{FormatError, decode_picture};
-use deepsft_formats::{assemble_scan, is_picture, read_scan as read_scan_bytes};
-use js_sys::{Array, Object, Promise};
-use std::{collections::BTreeMap, path::Path};
+use deepsft_formats::{Scan, assemble_scan, read_scan_decoding};
+use js_sys::{Array, Function, Object, Promise, Reflect, Uint8Array, Uint8ClampedArray};
+use std::{cell::RefCell, collections::BTreeMap, path::Path};
 use wasm_bindgen::prelude::*;
+use wasm_bindgen_futures::JsFuture;
 
 /// Endings of a scan's own file.
 const SCANS: [&str; 3] = ["obj", "glb", "gltf"];
+
+/// Endings of pictures that the engine or a browser decodes.
+const PICTURES: [&str; 11] = [
+    "png", "jpg", "jpeg", "webp", "avif", "gif", "bmp", "heic", "heif", "tif", "tiff",
+];
 
 /// Reads a scan out of its files by name: OBJ with MTL and pictures, glTF or GLB. The one picture beside a scan without materials is its
 /// texture.
 ///
 /// `mm_per_unit` are millimetres of the file's unit; when absent 1000 for glTF and 1 for OBJ. Resolves to the surface (mm, x right, y down,
-/// front towards -z), its texture, and the flat sheet it unrolls to; where it does not, `refusal` says why. Rejects with an `Error` whose
+/// front towards -z), its texture, and the flat sheet it unrolls to; where it does not, `refusal` says why. `decode` reads pictures that are
+/// neither PNG nor JPEG. Rejects with an `Error` whose
 /// `code` is `target-unusable`, `model-load` or `internal`.
 #[wasm_bindgen(
     js_name = readScan,
@@ -30,10 +37,11 @@ const SCANS: [&str; 3] = ["obj", "glb", "gltf"];
 pub fn read_scan(
     #[wasm_bindgen(unchecked_param_type = "Iterable<[string, Uint8Array]>")] files: JsValue,
     mm_per_unit: Option<f64>,
+    decode: PictureDecoder,
 ) -> Promise {
     settle::promise(async move {
         let files = files_from(&files)?;
-        let (name, template, mm_per_unit) = scanned_template(&files, mm_per_unit)?;
+        let (name, template, mm_per_unit) = scanned_template(&files, mm_per_unit, &decode).await?;
         let (sheet, refusal) = match unroll(&template) {
             Ok(UnrolledSheet { template, .. }) => {
                 let size = template.size_mm();
@@ -58,31 +66,78 @@ pub fn read_scan(
     })
 }
 
+#[wasm_bindgen]
+extern "C" {
+    /// The browser's decoder of pictures, for kinds that the engine's does not know.
+    #[wasm_bindgen(typescript_type = "(bytes: Uint8Array<ArrayBuffer>) => Promise<ImageData>")]
+    pub type PictureDecoder;
+}
+
 /// The template of a scan's files by name: the name of the scan's own file, the template, and the millimetres of its unit that were taken.
-pub fn scanned_template(
-    files: &BTreeMap<String, Vec<u8>>,
+pub async fn scanned_template<'a>(
+    files: &'a BTreeMap<String, Vec<u8>>,
     mm_per_unit: Option<f64>,
-) -> Result<(&str, Template, f64), Failure> {
+    decode: &PictureDecoder,
+) -> Result<(&'a str, Template, f64), Failure> {
     let (name, bytes) = scan_of(files)?;
     let broken = |error: FormatError| Failure::new(Code::TargetUnusable, format!("{name} cannot be used: {error}."));
-    let texture = lone_texture(files).transpose().map_err(broken)?;
+    let mut decoded = BTreeMap::<Vec<u8>, Picture>::new();
+    let mut scan = loop {
+        // Read again with each picture that the browser has decoded: they lie within other files, and it takes its time.
+        let unknown = RefCell::new(None);
+        let decoder = |bytes: &[u8]| match decoded.get(bytes) {
+            Some(picture) => Ok(picture.clone()),
+            None => decode_picture(bytes).inspect_err(|_| drop(unknown.replace(Some(bytes.to_vec())))),
+        };
+        match (read(name, bytes, files, &decoder), unknown.take()) {
+            (Ok(scan), _) => break scan,
+            (Err(error), None) => return Err(broken(error)),
+            (Err(error), Some(bytes)) => {
+                let picture = decode_in_browser(decode, &bytes).await.ok_or_else(|| broken(error))?;
+                decoded.insert(bytes, picture);
+            }
+        }
+    };
+    scan.mm_per_unit = mm_per_unit.unwrap_or(scan.mm_per_unit);
+    let mm_per_unit = scan.mm_per_unit;
+    Ok((name, assemble_scan(scan).map_err(broken)?.template, mm_per_unit))
+}
+
+async fn decode_in_browser(decode: &PictureDecoder, bytes: &[u8]) -> Option<Picture> {
+    let decode: &Function = decode.unchecked_ref();
+    let promise = decode.call1(&JsValue::UNDEFINED, &Uint8Array::from(bytes)).ok()?;
+    let image = JsFuture::from(promise.dyn_into::<Promise>().ok()?).await.ok()?;
+    let part = |name: &str| Reflect::get(&image, &name.into()).ok();
+    let side = |name: &str| Some(part(name)?.as_f64()? as usize);
+    let rgba = part("data")?.dyn_into::<Uint8ClampedArray>().ok()?.to_vec();
+    picture_from(&rgba, (side("width")?, side("height")?)).ok()
+}
+
+fn read(
+    name: &str,
+    bytes: &[u8],
+    files: &BTreeMap<String, Vec<u8>>,
+    decode: &dyn Fn(&[u8]) -> Result<Picture, FormatError>,
+) -> Result<Scan, FormatError> {
+    let texture = lone_texture(files).map(decode).transpose()?;
     let beside = |path: &Path| {
         let missing = || {
             let reason = format!("{} is missing: choose it together with the scan", path.display());
             FormatError::Scan(reason)
         };
-        // Files that people choose have no folders, and files from Windows may write their letters otherwise.
+        // Files that people choose have no folders, those of archives may have others, and files from Windows may write their letters otherwise.
         let wanted = path.file_name().unwrap_or_default();
-        let mut alike = files.iter().filter(|(name, _)| wanted.eq_ignore_ascii_case(name));
+        let mut alike = files.iter().filter(|(name, _)| {
+            Path::new(name)
+                .file_name()
+                .is_some_and(|name| wanted.eq_ignore_ascii_case(name))
+        });
         let file = files
             .get(&*path.to_string_lossy())
             .or_else(|| alike.next().map(|(_, bytes)| bytes));
         file.cloned().ok_or_else(missing)
     };
-    let mut scan = read_scan_bytes(name, bytes, texture, &beside).map_err(broken)?;
-    scan.mm_per_unit = mm_per_unit.unwrap_or(scan.mm_per_unit);
-    let mm_per_unit = scan.mm_per_unit;
-    Ok((name, assemble_scan(scan).map_err(broken)?.template, mm_per_unit))
+    read_scan_decoding(name, bytes, texture, &beside, decode)
 }
 
 /// The files whose names end so.
@@ -101,18 +156,17 @@ fn scan_of(files: &BTreeMap<String, Vec<u8>>) -> Result<(&str, &[u8]), Failure> 
     match ending(files, &SCANS)[..] {
         [scan] => Ok(scan),
         [] => refused(
-            "There is no scan among these files: one of .glb, .gltf and .obj is expected. Unpack a ZIP first; export other kinds as GLB.",
+            "There is no scan among these files: one of .glb, .gltf and .obj is expected, alone or in a ZIP; export other kinds as GLB.",
         ),
         _ => refused("There are several scans among these files: choose one."),
     }
 }
 
-/// The texture of a scan that comes with one picture and no materials.
-fn lone_texture(files: &BTreeMap<String, Vec<u8>>) -> Option<Result<Picture, FormatError>> {
+/// The texture's file of a scan that comes with one picture and no materials.
+fn lone_texture(files: &BTreeMap<String, Vec<u8>>) -> Option<&[u8]> {
     let is_bare = !ending(files, &["obj"]).is_empty() && ending(files, &["mtl"]).is_empty();
-    let mut pictures = files.iter().filter(|(name, _)| is_picture(name.as_ref()));
-    match (pictures.next(), pictures.next()) {
-        (Some((_, bytes)), None) if is_bare => Some(decode_picture(bytes)),
+    match ending(files, &PICTURES)[..] {
+        [(_, bytes)] if is_bare => Some(bytes),
         _ => None,
     }
 }

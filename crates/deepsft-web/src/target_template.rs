@@ -3,7 +3,7 @@
 use crate::{
     failure::{Code, Failure},
     input::{files_from, picture_from},
-    scan::scanned_template,
+    scan::{PictureDecoder, scanned_template},
     settle,
 };
 use deepsft::geometry::Template;
@@ -67,10 +67,12 @@ impl TargetTemplate {
     pub fn of_scan(
         #[wasm_bindgen(unchecked_param_type = "Iterable<[string, Uint8Array]>")] files: JsValue,
         mm_per_unit: f64,
+        decode: PictureDecoder,
     ) -> Promise {
-        promised(move || {
+        settle::promise(async move {
             let files = files_from(&files)?;
-            Ok(scanned_template(&files, Some(mm_per_unit))?.1)
+            let (_, template, _) = scanned_template(&files, Some(mm_per_unit), &decode).await?;
+            Ok(Self(template))
         })
     }
 }

@@ -3,7 +3,7 @@
 import initialise, { Engine, readScan as readScanFiles } from "../../pkg/deepsft_web.js";
 import { DeepSftError } from "../error.js";
 import { framePixels } from "../frames/frame-pixels.js";
-import { closeFrame } from "../frames/image-input.js";
+import { closeFrame, decodedPixels } from "../frames/image-input.js";
 import { surfaceArrays } from "../results/surface-mesh.js";
 import { addSource } from "../targets/add-source.js";
 import { COPY_AGAIN, VERSION } from "../version.js";
@@ -97,7 +97,7 @@ export async function exifFocal({ file, width, height }) {
  */
 export async function readScan({ files, mmPerUnit }) {
   started();
-  const value = await readScanFiles(files, mmPerUnit);
+  const value = await readScanFiles(files, mmPerUnit, decodedPixels);
   const { vertices, texture, sheet } = value;
   return { value, transfer: [vertices, texture.rgba, ...(sheet ? [sheet.picture.rgba] : [])].map(({ buffer }) => buffer) };
 }

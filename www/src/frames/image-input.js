@@ -1,7 +1,7 @@
 // From whatever a page calls an image to pixels that can cross to the worker.
 
 import { addressOf, isAddress } from "../address.js";
-import { DeepSftError } from "../error.js";
+import { DeepSftError, crossOriginError } from "../error.js";
 
 /** @typedef {HTMLVideoElement | HTMLImageElement | HTMLCanvasElement | OffscreenCanvas | ImageBitmap | ImageData | VideoFrame | Blob} ReadImage */
 
@@ -81,6 +81,47 @@ export async function transferableFrame(image) {
     throw new DeepSftError("image-unreadable", "The image is too large for this browser.", { cause: error });
   } finally {
     bitmap.close();
+  }
+}
+
+/**
+ * A picture as it looks on white paper, made smaller where it is larger than `longestSide`.
+ *
+ * @param {ImageBitmap | ImageData} frame
+ * @param {number} longestSide pixels
+ * @returns {Promise<ImageData>}
+ * @throws {DeepSftError} `internal`, `image-cross-origin`
+ */
+export async function opaquePixels(frame, longestSide) {
+  const scale = Math.min(1, longestSide / Math.max(frame.width, frame.height));
+  const [width, height] = [frame.width, frame.height].map((side) => Math.max(1, Math.round(scale * side)));
+  const small = await createImageBitmap(frame, { resizeWidth: width, resizeHeight: height, resizeQuality: "high" });
+  const context = new OffscreenCanvas(width, height).getContext("2d", { willReadFrequently: true });
+  if (!context) throw new DeepSftError("internal", "This browser offers no canvas to read a picture with.");
+  context.fillStyle = "#fff";
+  context.fillRect(0, 0, width, height);
+  // Its size again, for browsers that do not know the wish above.
+  context.drawImage(small, 0, 0, width, height);
+  small.close();
+  try {
+    return context.getImageData(0, 0, width, height);
+  } catch (error) {
+    throw crossOriginError(error);
+  }
+}
+
+/**
+ * Decodes a picture's file, of any kind that the browser knows.
+ *
+ * @param {Uint8Array<ArrayBuffer>} bytes
+ * @throws {DeepSftError} `image-unreadable`, `internal`
+ */
+export async function decodedPixels(bytes) {
+  const { frame } = await transferableFrame(new Blob([bytes]));
+  try {
+    return await opaquePixels(frame, Infinity);
+  } finally {
+    closeFrame(frame);
   }
 }
 

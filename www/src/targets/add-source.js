@@ -2,6 +2,7 @@
 
 import { TargetTemplate } from "../../pkg/deepsft_web.js";
 import { DeepSftError } from "../error.js";
+import { decodedPixels } from "../frames/image-input.js";
 
 /** @import { Engine, MeshTracker } from "../../pkg/deepsft_web.js" */
 /** @import { TargetSource } from "./target-source.js" */
@@ -26,7 +27,7 @@ export async function addSource(to, id, source) {
 /** @param {Exclude<TargetSource, { kind: "model" }>} source */
 function templateOf(source) {
   if (source.kind === "template") return TargetTemplate.ofFolder(source.files);
-  if (source.kind === "scan") return TargetTemplate.ofScan(source.files, source.mmPerUnit);
+  if (source.kind === "scan") return TargetTemplate.ofScan(source.files, source.mmPerUnit, decodedPixels);
   const { pixels, widthMm, heightMm, diameterMm } = source;
   return TargetTemplate.ofPicture(pixels.data, pixels.width, pixels.height, widthMm, heightMm, diameterMm);
 }

@@ -3,12 +3,13 @@
 import { addressOf, isAddress } from "../address.js";
 import { fetchBytes, filesByName } from "../engine/bundle.js";
 import { vertexNormals } from "../results/surface-mesh.js";
+import { unzipped } from "./zip.js";
 
 /** @import { MeshTopology } from "../engine/engine-worker.js" */
 
 /**
- * The files of a scan: the address of a `.glb`, one file, several as a file input gives them, or the files by name. A `.glb` is one file. A
- * `.obj` comes with its `.mtl` and pictures, or with one picture; a `.gltf` with what it names.
+ * The files of a scan: the address of a `.glb` or `.zip`, one file, several as a file input gives them, or the files by name. A `.glb` is
+ * one file, a `.zip` holds all. A `.obj` comes with its `.mtl` and pictures, or with one picture; a `.gltf` with what it names.
  *
  * @typedef {string | URL | File | Iterable<File> | Map<string, Uint8Array>} ScanInput
  */
@@ -77,10 +78,16 @@ function pictureOf({ width, height, rgba }) {
 
 /**
  * @param {ScanInput} input
- * @returns {Promise<Map<string, Uint8Array>>} by name
- * @throws {import("../error.js").DeepSftError} `model-load`
+ * @returns {Promise<Map<string, Uint8Array>>} by name; archives unpacked
+ * @throws {import("../error.js").DeepSftError} `model-load`, `target-unusable`
  */
 export async function scanFiles(input) {
+  const files = [...(await filesOf(input))].map(([name, bytes]) => (/\.zip$/i.test(name) ? unzipped(name, bytes) : [[name, bytes]]));
+  return new Map(/** @type {[string, Uint8Array][]} */ ((await Promise.all(files)).flat()));
+}
+
+/** @param {ScanInput} input */
+async function filesOf(input) {
   if (input instanceof Map) return input;
   if (isAddress(input)) {
     const url = addressOf(input);

@@ -2,8 +2,8 @@
 
 import { fileIn, folderOf, isAddress } from "../address.js";
 import { fetchBytes, filesByName } from "../engine/bundle.js";
-import { DeepSftError, crossOriginError } from "../error.js";
-import { closeFrame, readImage, transferableFrame } from "../frames/image-input.js";
+import { DeepSftError } from "../error.js";
+import { closeFrame, opaquePixels, readImage, transferableFrame } from "../frames/image-input.js";
 
 /** @import { ImageInput } from "../frames/image-input.js" */
 
@@ -69,33 +69,9 @@ export async function pictureSource(image, { widthMm: given, heightMm, aroundMm:
         `The picture has ${width} x ${height} pixels, which do not fit ${widthMm} x ${heightMm} mm: the size is that of the ` +
           "picture without the paper's margins.",
       );
-    return { kind: "picture", pixels: await opaquePixels(frame), widthMm, heightMm: heightMm ?? naturalMm, diameterMm, hasSize, copies };
+    return { kind: "picture", pixels: await opaquePixels(frame, LONGEST_SIDE), widthMm, heightMm: heightMm ?? naturalMm, diameterMm, hasSize, copies };
   } finally {
     closeFrame(frame);
-  }
-}
-
-/**
- * A picture as it looks on white paper, made smaller where it is larger than the engine looks at.
- *
- * @param {ImageBitmap | ImageData} frame
- * @returns {Promise<ImageData>}
- */
-async function opaquePixels(frame) {
-  const scale = Math.min(1, LONGEST_SIDE / Math.max(frame.width, frame.height));
-  const [width, height] = [frame.width, frame.height].map((side) => Math.max(1, Math.round(scale * side)));
-  const small = await createImageBitmap(frame, { resizeWidth: width, resizeHeight: height, resizeQuality: "high" });
-  const context = new OffscreenCanvas(width, height).getContext("2d", { willReadFrequently: true });
-  if (!context) throw new DeepSftError("internal", "This browser offers no canvas to read a picture with.");
-  context.fillStyle = "#fff";
-  context.fillRect(0, 0, width, height);
-  // Its size again, for browsers that do not know the wish above.
-  context.drawImage(small, 0, 0, width, height);
-  small.close();
-  try {
-    return context.getImageData(0, 0, width, height);
-  } catch (error) {
-    throw crossOriginError(error);
   }
 }
 

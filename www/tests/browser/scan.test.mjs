@@ -5,6 +5,7 @@ import { mkdir, mkdtemp, rm, writeFile } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
+import { fileURLToPath } from "node:url";
 
 import { DESKTOP, PHONE, SLOW_MS, launch, messageOf, openDemo } from "../support/browser.mjs";
 import { makeClip } from "../support/clips.mjs";
@@ -232,10 +233,15 @@ test("what has a volume says what to do instead, and broken files what is wrong 
     assert.ok(await page.isVisible(".otherwise a"));
     await page.waitForTimeout(500);
     await screenshot("phone-scan-volume");
+    await page.setInputFiles("#scan-file", fileURLToPath(new URL("../../../tests/kinds/scan.zip", import.meta.url)));
+    await page.waitForSelector('#scan[data-state="sheet"]');
+    assert.deepEqual([await page.textContent("#scan-name"), await page.inputValue("#scan-width")], ["sheet.obj", "40"]);
+    await page.waitForTimeout(500);
+    await screenshot("phone-scan-zip");
     for (const [given, said] of [
       [[file("empty.glb", Buffer.alloc(0))], /empty\.glb cannot be used/],
       [[OBJ[0]], /sheet\.mtl is missing: choose it together with the scan/],
-      [[file("scan.zip", Buffer.from("PK"))], /Unpack a ZIP first/],
+      [[file("scan.zip", Buffer.from("PK"))], /scan\.zip cannot be unpacked: it was cut short/],
     ]) {
       await page.setInputFiles("#scan-file", given);
       const { code, title } = await messageOf(page);

@@ -34,6 +34,22 @@ export declare function transferableFrame(image: ReadImage): Promise<{
     height: number;
 }>;
 /**
+ * A picture as it looks on white paper, made smaller where it is larger than `longestSide`.
+ *
+ * @param {ImageBitmap | ImageData} frame
+ * @param {number} longestSide pixels
+ * @returns {Promise<ImageData>}
+ * @throws {DeepSftError} `internal`, `image-cross-origin`
+ */
+export declare function opaquePixels(frame: ImageBitmap | ImageData, longestSide: number): Promise<ImageData>;
+/**
+ * Decodes a picture's file, of any kind that the browser knows.
+ *
+ * @param {Uint8Array<ArrayBuffer>} bytes
+ * @throws {DeepSftError} `image-unreadable`, `internal`
+ */
+export declare function decodedPixels(bytes: Uint8Array<ArrayBuffer>): Promise<ImageData>;
+/**
  * Tells why this browser cannot read a file as a picture, and what to do.
  *
  * @param {Blob} file that could not be read

@@ -19,8 +19,8 @@ export type RawScan = {
 };
 /** @import { MeshTopology } from "../engine/engine-worker.js" */
 /**
- * The files of a scan: the address of a `.glb`, one file, several as a file input gives them, or the files by name. A `.glb` is one file. A
- * `.obj` comes with its `.mtl` and pictures, or with one picture; a `.gltf` with what it names.
+ * The files of a scan: the address of a `.glb` or `.zip`, one file, several as a file input gives them, or the files by name. A `.glb` is
+ * one file, a `.zip` holds all. A `.obj` comes with its `.mtl` and pictures, or with one picture; a `.gltf` with what it names.
  *
  * @typedef {string | URL | File | Iterable<File> | Map<string, Uint8Array>} ScanInput
  */
@@ -75,7 +75,7 @@ export declare class Scan {
 }
 /**
  * @param {ScanInput} input
- * @returns {Promise<Map<string, Uint8Array>>} by name
- * @throws {import("../error.js").DeepSftError} `model-load`
+ * @returns {Promise<Map<string, Uint8Array>>} by name; archives unpacked
+ * @throws {import("../error.js").DeepSftError} `model-load`, `target-unusable`
  */
 export declare function scanFiles(input: ScanInput): Promise<Map<string, Uint8Array>>;

@@ -8,14 +8,17 @@ use gltf::binary::Glb;
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::scene::Node;
 use gltf::json::validation::Checked;
-use gltf::json::{Index, Root, Scene, Texture};
+use gltf::json::{Image, Index, Root, Scene, Texture};
+use serde_json::Value;
 use std::collections::HashSet;
 
 /// glTF counts in metres.
 pub(super) const MM_PER_UNIT: f64 = 1000.0;
 
 /// Beginnings of extensions that a file may need and that are read, or say nothing of shape and base colour.
-const MEANINGLESS: [&str; 5] = [
+const MEANINGLESS: [&str; 7] = [
+    "EXT_texture_webp",
+    "EXT_texture_avif",
     "KHR_materials_",
     "KHR_texture_transform",
     "KHR_mesh_quantization",
@@ -61,6 +64,7 @@ pub(super) fn parts(bytes: &[u8], textures: &mut Textures<'_>) -> Result<Vec<Sca
         return refused("it has no scene");
     };
     let mut reading = Reading {
+        json: &json,
         root: &root,
         buffers,
         textures,
@@ -75,6 +79,7 @@ pub(super) fn parts(bytes: &[u8], textures: &mut Textures<'_>) -> Result<Vec<Sca
 
 /// What has been read so far.
 struct Reading<'a, 't> {
+    json: &'a [u8],
     root: &'a Root,
     buffers: Buffers<'a>,
     textures: &'a mut Textures<'t>,
@@ -196,9 +201,13 @@ impl Reading<'_, '_> {
         if !self.textures.are_wanted {
             return Ok(None);
         }
+        let image_of = |source| Some((source, self.root.get(source)?));
         let source = self.root.get(index).map(|texture| texture.source);
-        let Some((source, image)) = source.and_then(|source| Some((source, self.root.get(source)?))) else {
-            return refused(format!("its texture {index} is neither PNG nor JPEG"));
+        let Some((source, image)) = source
+            .and_then(image_of)
+            .or_else(|| image_of(self.other_source(index)?))
+        else {
+            return refused(format!("its texture {index} is none of PNG, JPEG, WebP and AVIF"));
         };
         let (buffers, textures) = (&self.buffers, &mut self.textures);
         let number = match (&image.uri, image.buffer_view) {
@@ -213,6 +222,15 @@ impl Reading<'_, '_> {
             (None, None) => return refused(format!("its texture {index} is not there")),
         };
         Ok(Some(number))
+    }
+
+    /// The image of a texture that has none but in a format of an extension, which the crate `gltf` leaves out.
+    fn other_source(&self, index: Index<Texture>) -> Option<Index<Image>> {
+        let document: Value = serde_json::from_slice(self.json).ok()?;
+        let extensions = document.get("textures")?.get(index.value())?.get("extensions")?;
+        let source = |name| extensions.get(name)?.get("source")?.as_u64();
+        let source = source("EXT_texture_webp").or_else(|| source("EXT_texture_avif"))?;
+        Some(Index::new(u32::try_from(source).ok()?))
     }
 }
 

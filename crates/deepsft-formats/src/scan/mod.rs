@@ -11,10 +11,9 @@ mod obj;
 mod reading;
 
 pub use assembly::{ScannedTemplate, assemble_scan};
-pub use reading::read_scan;
+pub use reading::{read_scan, read_scan_decoding};
 
 use crate::error::FormatError;
-use crate::picture::decode_picture;
 use deepsft_geometry::Picture;
 use deepsft_geometry::glam::{DVec2, DVec3};
 use std::path::{Component, Path, PathBuf};
@@ -53,6 +52,7 @@ pub struct Scan {
 /// The textures of a scan as they are read, each once, and the files beside it.
 struct Textures<'a> {
     beside: &'a dyn Fn(&Path) -> Result<Vec<u8>, FormatError>,
+    decode: &'a dyn Fn(&[u8]) -> Result<Picture, FormatError>,
     /// Whether those that the scan names are read.
     are_wanted: bool,
     /// What the scan calls each of the pictures.
@@ -73,7 +73,7 @@ impl Textures<'_> {
             return Ok(number);
         }
         let picture = read(self)
-            .and_then(|bytes| decode_picture(&bytes))
+            .and_then(|bytes| (self.decode)(&bytes))
             .or_else(|error| refused(format!("its texture {name:?}: {error}")))?;
         self.bytes += picture.rgb().len();
         if self.bytes > MAX_TEXTURE_BYTES {

@@ -3,6 +3,7 @@
 use super::{Scan, Textures, gltf, obj, refused};
 use crate::error::FormatError;
 use crate::foreign::guarded;
+use crate::picture::decode_picture;
 use deepsft_geometry::Picture;
 use std::path::Path;
 
@@ -18,8 +19,23 @@ pub fn read_scan(
     texture: Option<Picture>,
     beside: &dyn Fn(&Path) -> Result<Vec<u8>, FormatError>,
 ) -> Result<Scan, FormatError> {
+    read_scan_decoding(file_name, bytes, texture, beside, &decode_picture)
+}
+
+/// Reads a scan as [`read_scan`] does, with a decoder of pictures of one's own.
+///
+/// # Errors
+/// As [`read_scan`]; errors of `decode`.
+pub fn read_scan_decoding(
+    file_name: &str,
+    bytes: &[u8],
+    texture: Option<Picture>,
+    beside: &dyn Fn(&Path) -> Result<Vec<u8>, FormatError>,
+    decode: &dyn Fn(&[u8]) -> Result<Picture, FormatError>,
+) -> Result<Scan, FormatError> {
     let mut textures = Textures {
         beside,
+        decode,
         are_wanted: texture.is_none(),
         named: Vec::new(),
         pictures: Vec::new(),
