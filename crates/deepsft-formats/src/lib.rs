@@ -44,5 +44,5 @@ pub use picture::{
     encode_png, is_picture,
 };
 #[cfg(feature = "scan")]
-pub use scan::{Scan, ScanPart, ScannedTemplate, assemble_scan, read_scan, read_scan_decoding};
-pub use template::{TEMPLATE_FILE, TemplateFile, template_to_files};
+pub use scan::{Scan, ScanPart, ScannedTemplate, Wrap, assemble_scan, read_scan, read_scan_decoding};
+pub use template::{TEMPLATE_FILE, TEXTURE_FILE, TemplateFile, template_to_files};

@@ -64,6 +64,8 @@ pub fn mesh_from_obj(obj: &[u8]) -> Result<TriangleMesh, FormatError> {
 #[derive(Debug, Default)]
 pub(crate) struct ObjFile {
     pub(crate) positions: Vec<[f64; 3]>,
+    /// Those that stand behind positions; as many where each has one.
+    pub(crate) colors: Vec<[f64; 3]>,
     pub(crate) texture_coordinates: Vec<[f64; 2]>,
     /// Faces of one object, group and material each; none is empty.
     pub(crate) groups: Vec<ObjGroup>,
@@ -102,9 +104,11 @@ impl ObjFile {
             let failure = |reason: String| FormatError::Obj { line: number, reason };
             let missing = |what: &str| failure(format!("{what} expected, not {rest:?}"));
             match keyword {
-                "v" => file
-                    .positions
-                    .push(numbers(rest).ok_or_else(|| missing("a position of three numbers"))?),
+                "v" => {
+                    let position = numbers(rest).ok_or_else(|| missing("a position of three numbers"))?;
+                    file.positions.push(position);
+                    file.colors.extend(numbers(rest).map(|[_, _, _, r, g, b]| [r, g, b]));
+                }
                 "vt" => file
                     .texture_coordinates
                     .push(numbers(rest).ok_or_else(|| missing("texture coordinates of two numbers"))?),
@@ -162,7 +166,7 @@ impl ObjFile {
 }
 
 /// The first N words as numbers.
-fn numbers<const N: usize>(words: &str) -> Option<[f64; N]> {
+pub(crate) fn numbers<const N: usize>(words: &str) -> Option<[f64; N]> {
     let mut words = words.split_ascii_whitespace();
     let mut numbers = [0.0; N];
     for number in &mut numbers {

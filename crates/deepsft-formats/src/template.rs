@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 pub const TEMPLATE_FILE: &str = "template.json";
 
 /// Name of the texture in a template's folder that we write.
-const TEXTURE_FILE: &str = "texture.png";
+pub const TEXTURE_FILE: &str = "texture.png";
 
 /// Name of the mesh in a template's folder that we write.
 const MESH_FILE: &str = "mesh.obj";

@@ -14,6 +14,7 @@ mod gltf;
 mod obj;
 mod picture;
 mod planted;
+mod ply;
 mod png;
 mod recording;
 mod shard;
@@ -42,8 +43,8 @@ macro_rules! targets {
 }
 
 /// The targets, by name.
-pub const TARGETS: [Target; 10] = targets![
-    bundle, camera, gltf, obj, picture, recording, shard, template, weights, y4m
+pub const TARGETS: [Target; 11] = targets![
+    bundle, camera, gltf, obj, picture, ply, recording, shard, template, weights, y4m
 ];
 
 /// Targets that fail on inputs which only guided mutation finds, so that we know that a failure is seen.

@@ -7,32 +7,32 @@ use crate::{
     object::{object, rgba},
     settle,
 };
-use deepsft::geometry::{Picture, Template, UnrolledSheet, unroll};
+use deepsft::geometry::{Picture, UnrolledSheet, unroll};
 use deepsft::{FormatError, decode_picture};
-use deepsft_formats::{Scan, assemble_scan, read_scan_decoding};
+use deepsft_formats::{Scan, ScannedTemplate, assemble_scan, read_scan_decoding};
 use js_sys::{Array, Function, Object, Promise, Reflect, Uint8Array, Uint8ClampedArray};
 use std::{cell::RefCell, collections::BTreeMap, path::Path};
 use wasm_bindgen::prelude::*;
 use wasm_bindgen_futures::JsFuture;
 
 /// Endings of a scan's own file.
-const SCANS: [&str; 3] = ["obj", "glb", "gltf"];
+const SCANS: [&str; 4] = ["obj", "ply", "glb", "gltf"];
 
 /// Endings of pictures that the engine or a browser decodes.
 const PICTURES: [&str; 11] = [
     "png", "jpg", "jpeg", "webp", "avif", "gif", "bmp", "heic", "heif", "tif", "tiff",
 ];
 
-/// Reads a scan out of its files by name: OBJ with MTL and pictures, glTF or GLB. The one picture beside a scan without materials is its
+/// Reads a scan out of its files by name: OBJ with MTL and pictures, PLY, glTF or GLB. The one picture beside a scan without materials is its
 /// texture.
 ///
-/// `mm_per_unit` are millimetres of the file's unit; when absent 1000 for glTF and 1 for OBJ. Resolves to the surface (mm, x right, y down,
-/// front towards -z), its texture, and the flat sheet it unrolls to; where it does not, `refusal` says why. `decode` reads pictures that are
-/// neither PNG nor JPEG. Rejects with an `Error` whose
+/// `mm_per_unit` are millimetres of the file's unit; when absent 1000 for glTF and 1 for OBJ and PLY. Resolves to the surface (mm, x right, y
+/// down, front towards -z), its texture, and the flat sheet it unrolls to; where it does not, `refusal` says why; `notes` say what was put
+/// right or left out. `decode` reads pictures that are neither PNG nor JPEG. Rejects with an `Error` whose
 /// `code` is `target-unusable`, `model-load` or `internal`.
 #[wasm_bindgen(
     js_name = readScan,
-    unchecked_return_type = "Promise<{ name: string, mmPerUnit: number, vertices: Float32Array, mesh: { faces: Uint32Array, textureCoordinates: Float32Array }, texture: { width: number, height: number, rgba: Uint8ClampedArray<ArrayBuffer> }, sheet: { sizeMm: [number, number], picture: { width: number, height: number, rgba: Uint8ClampedArray<ArrayBuffer> } } | null, refusal: string | null }>"
+    unchecked_return_type = "Promise<{ name: string, mmPerUnit: number, vertices: Float32Array, mesh: { faces: Uint32Array, textureCoordinates: Float32Array }, texture: { width: number, height: number, rgba: Uint8ClampedArray<ArrayBuffer> }, sheet: { sizeMm: [number, number], picture: { width: number, height: number, rgba: Uint8ClampedArray<ArrayBuffer> } } | null, refusal: string | null, notes: string[] }>"
 )]
 pub fn read_scan(
     #[wasm_bindgen(unchecked_param_type = "Iterable<[string, Uint8Array]>")] files: JsValue,
@@ -41,7 +41,8 @@ pub fn read_scan(
 ) -> Promise {
     settle::promise(async move {
         let files = files_from(&files)?;
-        let (name, template, mm_per_unit) = scanned_template(&files, mm_per_unit, &decode).await?;
+        let (name, scanned, mm_per_unit) = scanned_template(&files, mm_per_unit, &decode).await?;
+        let template = scanned.template;
         let (sheet, refusal) = match unroll(&template) {
             Ok(UnrolledSheet { template, .. }) => {
                 let size = template.size_mm();
@@ -62,6 +63,10 @@ pub fn read_scan(
             ("texture", picture_object(template.texture()).into()),
             ("sheet", sheet),
             ("refusal", refusal),
+            (
+                "notes",
+                Array::from_iter(scanned.notes.iter().map(|note| JsValue::from(note.as_str()))).into(),
+            ),
         ]))
     })
 }
@@ -73,34 +78,35 @@ extern "C" {
     pub type PictureDecoder;
 }
 
-/// The template of a scan's files by name: the name of the scan's own file, the template, and the millimetres of its unit that were taken.
+/// The template of a scan's files by name, with the name of the scan's own file and the millimetres of its unit that were taken.
 pub async fn scanned_template<'a>(
     files: &'a BTreeMap<String, Vec<u8>>,
     mm_per_unit: Option<f64>,
     decode: &PictureDecoder,
-) -> Result<(&'a str, Template, f64), Failure> {
+) -> Result<(&'a str, ScannedTemplate, f64), Failure> {
     let (name, bytes) = scan_of(files)?;
     let broken = |error: FormatError| Failure::new(Code::TargetUnusable, format!("{name} cannot be used: {error}."));
-    let mut decoded = BTreeMap::<Vec<u8>, Picture>::new();
+    // Each picture that the engine does not know, as the browser decodes it: `None` where neither does.
+    let mut decoded = BTreeMap::<Vec<u8>, Option<Picture>>::new();
     let mut scan = loop {
-        // Read again with each picture that the browser has decoded: they lie within other files, and it takes its time.
+        // Read again with each of them: they lie within other files, and it takes its time.
         let unknown = RefCell::new(None);
         let decoder = |bytes: &[u8]| match decoded.get(bytes) {
-            Some(picture) => Ok(picture.clone()),
+            Some(Some(picture)) => Ok(picture.clone()),
+            Some(None) => decode_picture(bytes),
             None => decode_picture(bytes).inspect_err(|_| drop(unknown.replace(Some(bytes.to_vec())))),
         };
         match (read(name, bytes, files, &decoder), unknown.take()) {
-            (Ok(scan), _) => break scan,
-            (Err(error), None) => return Err(broken(error)),
-            (Err(error), Some(bytes)) => {
-                let picture = decode_in_browser(decode, &bytes).await.ok_or_else(|| broken(error))?;
+            (scan, None) => break scan.map_err(broken)?,
+            (_, Some(bytes)) => {
+                let picture = decode_in_browser(decode, &bytes).await;
                 decoded.insert(bytes, picture);
             }
         }
     };
     scan.mm_per_unit = mm_per_unit.unwrap_or(scan.mm_per_unit);
     let mm_per_unit = scan.mm_per_unit;
-    Ok((name, assemble_scan(scan).map_err(broken)?.template, mm_per_unit))
+    Ok((name, assemble_scan(scan).map_err(broken)?, mm_per_unit))
 }
 
 async fn decode_in_browser(decode: &PictureDecoder, bytes: &[u8]) -> Option<Picture> {
@@ -156,7 +162,7 @@ fn scan_of(files: &BTreeMap<String, Vec<u8>>) -> Result<(&str, &[u8]), Failure> 
     match ending(files, &SCANS)[..] {
         [scan] => Ok(scan),
         [] => refused(
-            "There is no scan among these files: one of .glb, .gltf and .obj is expected, alone or in a ZIP; export other kinds as GLB.",
+            "There is no scan among these files: one of .glb, .gltf, .obj and .ply is expected, alone or in a ZIP; export other kinds as GLB.",
         ),
         _ => refused("There are several scans among these files: choose one."),
     }

@@ -71,8 +71,8 @@ impl TargetTemplate {
     ) -> Promise {
         settle::promise(async move {
             let files = files_from(&files)?;
-            let (_, template, _) = scanned_template(&files, Some(mm_per_unit), &decode).await?;
-            Ok(Self(template))
+            let (_, scanned, _) = scanned_template(&files, Some(mm_per_unit), &decode).await?;
+            Ok(Self(scanned.template))
         })
     }
 }

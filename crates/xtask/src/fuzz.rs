@@ -29,7 +29,7 @@ const WRITTEN: &str = "Test unit written to ";
 /// What to run.
 #[derive(clap::Args)]
 pub struct Options {
-    /// Run this target alone: bundle, camera, gltf, obj, picture, recording, shard, template, weights or y4m
+    /// Run this target alone: bundle, camera, gltf, obj, picture, ply, recording, shard, template, weights or y4m
     #[arg(long)]
     target: Option<String>,
     /// How long for all targets together

@@ -20,7 +20,7 @@ const THUMBNAIL_LENGTH = 2 * 116;
 const JPEG_QUALITY = 0.95;
 
 /** Scans, and what people take for one: the library says what to do with those. */
-const SCAN_NAMES = [/\.(glb|gltf|obj)$/i, /\.(mtl|ply|stl|usdz?|fbx|dae|3ds|blend|zip)$/i];
+const SCAN_NAMES = [/\.(glb|gltf|obj|ply)$/i, /\.(mtl|stl|usdz?|fbx|dae|3ds|blend|zip)$/i];
 
 /** The file that is a scan, if one of these is. @param {File[]} files */
 export function scanAmong(files) {

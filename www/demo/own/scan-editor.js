@@ -107,7 +107,7 @@ export class ScanEditor {
   /** Says how large the scan is as it stands. @param {number} scale by which its size was corrected */
   #sayBox(scale) {
     const sides = this.#scan?.sizeMm.map((side) => formatLength(scale * side, "mm")).join(" × ");
-    part("#scan-box").textContent = `The scan measures ${sides} mm.`;
+    part("#scan-box").textContent = [`The scan measures ${sides} mm.`, ...(this.#scan?.notes ?? []).map(sentence)].join(" ");
   }
 
   /** @param {"camera" | "image"} use */

@@ -9,7 +9,7 @@ import { unzipped } from "./zip.js";
 
 /**
  * The files of a scan: the address of a `.glb` or `.zip`, one file, several as a file input gives them, or the files by name. A `.glb` is
- * one file, a `.zip` holds all. A `.obj` comes with its `.mtl` and pictures, or with one picture; a `.gltf` with what it names.
+ * one file, a `.zip` holds all. A `.obj` comes with its `.mtl` and pictures, or with one picture; a `.gltf` and a `.ply` with what they name.
  *
  * @typedef {string | URL | File | Iterable<File> | Map<string, Uint8Array>} ScanInput
  */
@@ -27,6 +27,7 @@ import { unzipped } from "./zip.js";
  * @property {RawPicture} texture
  * @property {{ sizeMm: [number, number], picture: RawPicture } | null} sheet
  * @property {string | null} refusal
+ * @property {string[]} notes
  */
 
 /** A scan. `DeepSft` reads it. */
@@ -35,7 +36,7 @@ export class Scan {
    * @param {RawScan} raw
    * @param {Map<string, Uint8Array>} files
    */
-  constructor({ name, mmPerUnit, vertices, mesh, texture, sheet, refusal }, files) {
+  constructor({ name, mmPerUnit, vertices, mesh, texture, sheet, refusal, notes }, files) {
     /** Its files, by name. */
     this.files = files;
     /** Name of its file. */
@@ -58,6 +59,8 @@ export class Scan {
     this.sheet = sheet && { picture: pictureOf(sheet.picture), widthMm: sheet.sizeMm[0], heightMm: sheet.sizeMm[1] };
     /** Why it is no sheet but an object with a volume, for people; null of a sheet. */
     this.refusal = refusal;
+    /** What was put right, left out or made anew, for people. */
+    this.notes = notes;
   }
 
   /** Sides of the box around it, mm: width, height and depth. @returns {[number, number, number]} */

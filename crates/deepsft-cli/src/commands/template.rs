@@ -34,7 +34,7 @@ Examples: an A4 sheet in landscape, and the label of a tin 84 mm thick
 The command writes DIR/template.json and DIR/texture.png, of a label DIR/mesh.obj and DIR/views.png too. Next:
 deepsft reconstruct --template DIR photo.jpg --out RESULTS")]
     New(NewArguments),
-    /// Make the template of an object of any shape from a scan or model of it (OBJ or glTF with a texture).
+    /// Make the template of an object of any shape from a scan or model of it (OBJ, PLY or glTF with a texture or colours).
     #[command(after_help = import::AFTER_HELP)]
     Import(import::ImportArguments),
 }

@@ -252,17 +252,29 @@ fn what_is_wrong_with_a_scan_is_told_with_its_file() {
     };
     broken("mtllib barrel.mtl", "mtllib absent.mtl").fails(3, &["broken.obj", "absent.mtl"]);
     broken("v 3 0 0\n", "v three 0 0\n").fails(3, &["broken.obj", "position"]);
-    broken("vt 0.0625 0\n", "vt 1.5 0\n").fails(3, &["broken.obj", "repeated"]);
     broken("f 1/1 17/18 18/19 2/2\n", "f 1/1 17/18 999/19 2/2\n").fails(3, &["broken.obj", "out of bounds"]);
     import(&["absent.obj"]).fails(3, &["absent.obj"]);
     import(&["barrel.mtl"]).fails(3, &["barrel.mtl", ".glb"]);
     import(&["barrel.obj", "--texture", "absent.png"]).fails(3, &["absent.png"]);
     import(&["barrel.obj", "--scale", "0"]).fails(2, &["--scale"]);
-    fs::remove_file(folder.join("pictures/lids.png")).unwrap();
-    import(&["barrel.obj"]).fails(3, &["barrel.obj", "lids.png"]);
+    for name in ["lids.png", "side.png"] {
+        fs::remove_file(folder.join("pictures").join(name)).unwrap();
+        let run = import(&["barrel.obj"]);
+        if name == "side.png" {
+            run.fails(3, &["barrel.obj", "lids.png", "side.png"]);
+        } else {
+            assert!(run.succeeds().stderr.contains("lids.png"), "{}", run.stderr);
+            fs::remove_dir_all(folder.join("out")).unwrap();
+        }
+    }
     assert!(!folder.join("out").exists());
+    write_barrel(folder);
     // One texture for both materials: the lids lie over the side.
-    import(&["barrel.obj", "--texture", "pictures/side.png"]).fails(3, &["barrel.obj", "more than one part"]);
+    let run = import(&["barrel.obj", "--texture", "pictures/side.png"]);
+    let baked = format!("look at what was baked: {}", Path::new("out/texture.png").display());
+    for words in ["belongs to several places", &baked] {
+        assert!(run.succeeds().stderr.contains(words), "{}", run.stderr);
+    }
     // What can be mended or left out is, with a word; so is a texture of another disk, in other letters.
     write_barrel(folder);
     let mtl = fs::read_to_string(folder.join("barrel.mtl")).unwrap();
@@ -274,6 +286,7 @@ fn what_is_wrong_with_a_scan_is_told_with_its_file() {
     assert!(run.succeeds().stderr.contains("beside it was taken"), "{}", run.stderr);
     for (from, to, note) in [
         ("usemtl side\n", "", "what has no texture was left out"),
+        ("vt 0.0625 0\n", "vt 1.5 0\n", "its texture is repeated"),
         ("v 3 0 0\n", "v NaN 0 0\n", "no finite numbers"),
         (
             "f 1/1 17/18 18/19 2/2\n",

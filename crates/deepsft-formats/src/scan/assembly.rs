@@ -1,20 +1,30 @@
 //! The parts of a scan as one template: one mesh, one texture.
 
 use super::atlas::atlas;
-use super::mending::{Mended, mended};
+use super::baking::baked;
+use super::first_tile::first_tile;
+use super::surface::Surface;
 use super::{Scan, ScanPart, refused};
 use crate::error::FormatError;
-use deepsft_geometry::glam::{DVec2, DVec3};
-use deepsft_geometry::{DisjointSets, Template, TemplateError, Topology, TriangleMesh};
-use std::collections::HashMap;
-
-/// How far texture coordinates may pass the border of a texture and be moved onto it, texels; but no less and no more
-/// than these fractions of the texture. Programs place charts up to the border and round.
-const BORDER_TEXELS: f64 = 2.0;
-const BORDER_FRACTIONS: [f64; 2] = [0.002, 0.01];
+use deepsft_geometry::{Picture, Template, TemplateError, Topology};
 
 /// What counts as rounding and is not worth a word.
 const ROUNDING: f64 = 1e-4;
+
+/// The least that a colour is to count as white: it changes nothing of a texture.
+const NEARLY_WHITE: u8 = 250;
+
+/// Fraction of the surface that may be mirrored in the texture when the rest is not: rounding of slivers.
+const MIRRORED: f64 = 0.02;
+
+/// Area of a face in its texture, texels, below which it is one point of it or a line.
+const POINT: f64 = 1e-4;
+
+/// Fraction of the surface that may be such points.
+const POINTS: f64 = 0.2;
+
+/// Notes that are told with a refusal, at most.
+const TOLD: usize = 4;
 
 /// A template made of a scan, and what its maker should know.
 #[derive(Clone, Debug)]
@@ -24,120 +34,73 @@ pub struct ScannedTemplate {
     pub template: Template,
     /// Its holes, pieces, charts and seams.
     pub topology: Topology,
+    /// Whether its texture was made anew: look at it.
+    pub is_baked: bool,
     /// What was put right or is doubtful.
     pub notes: Vec<String>,
 }
 
 /// Makes a template of a scan. Its axes become ours, its unit [`Scan::mm_per_unit`] millimetres, its middle the origin.
 ///
+/// Every place of a template's texture is one place of its surface. Where the file's are not (it repeats, mirrors or shares its texture),
+/// and where faces have colours without a texture, charts are laid out anew and the colours of the file baked into a new texture.
+///
 /// # Errors
 /// [`FormatError::Scan`] says what keeps it from being a template; [`FormatError::Geometry`].
 pub fn assemble_scan(scan: Scan) -> Result<ScannedTemplate, FormatError> {
     let Scan {
-        mut parts,
+        parts,
         textures,
         mm_per_unit,
         mut notes,
     } = scan;
-    parts.retain(|part| !part.faces.is_empty());
-    if parts.is_empty() {
-        notes.insert(0, "it has no faces with a place in a texture".to_owned());
-        return refused(notes.join("; "));
-    }
-    let (textured, bare): (Vec<_>, Vec<_>) = parts.into_iter().partition(|part| part.texture.is_some());
-    let names = bare
-        .iter()
-        .map(|part| format!("{:?}", part.name))
-        .collect::<Vec<_>>()
-        .join(", ");
-    parts = textured;
-    if parts.is_empty() {
-        notes.insert(
-            0,
-            format!("its part {names} names no texture: give one (on the command line with --texture)"),
-        );
-        return refused(notes.join("; "));
-    }
-    if !bare.is_empty() {
-        notes.push(format!("what has no texture was left out: its part {names}"));
-    }
-    let mut broken = 0;
-    for part in &mut parts {
-        let is_finite = |i: usize| part.positions[i].is_finite() && part.texture_coordinates[i].is_finite();
-        let all = part.faces.len();
-        part.faces.retain(|face| face.iter().all(|&i| is_finite(i)));
-        broken += all - part.faces.len();
-    }
-    if broken > 0 {
-        notes.push(format!(
-            "{broken} faces have vertices that are no finite numbers and were left out"
-        ));
-    }
-    for part in &mut parts {
-        let texture = part.texture.and_then(|number| textures.get(number));
-        let texels = texture.map_or(DVec2::ONE, |texture| texture.size().as_dvec2());
-        let moved = into_first_tile(part, texels)?;
-        if moved > ROUNDING {
-            notes.push(format!(
-                "texture coordinates of the part {:?} pass the texture's border by up to {moved:.4} and were moved onto it",
-                part.name
-            ));
-        }
-    }
-    let (texture, regions) = atlas(textures)?;
-    if regions.len() > 1 {
-        notes.push(format!("{} textures were put into one", regions.len()));
-    }
-    let mut welder = Welder::default();
-    for part in &parts {
-        let region = regions[part.texture.unwrap_or(0)];
-        let vertex = |i: usize| {
-            // y up and the viewer on the +z side become y down and the viewer on the -z side.
-            let p = part.positions[i] * DVec3::new(1.0, -1.0, -1.0) * mm_per_unit;
-            (p, region.corner + part.texture_coordinates[i] * region.size)
-        };
-        part.faces.iter().for_each(|face| welder.add(face.map(vertex)));
-    }
-    if welder.faces.is_empty() {
-        return refused("none of its faces has an area");
-    }
-    if welder.dropped > 0 {
-        notes.push(format!("{} faces without area were left out", welder.dropped));
-    }
-    let Mended { faces, turned, crumbs } = mended(&welder.vertices, &welder.faces);
-    if turned > 0 {
-        notes.push(format!(
-            "{turned} faces had their fronts on the other side than those around them and were turned"
-        ));
-    }
-    if crumbs > 0 {
-        notes.push(format!("{crumbs} small pieces beside it were left out"));
-    }
-    // Without the vertices of crumbs.
-    let mut kept = Welder::default();
-    faces.iter().for_each(|face| kept.add(face.map(|v| welder.vertices[v])));
-    let Welder { vertices, faces, .. } = kept;
-    let (low, high) = (vertices.iter()).fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), (p, _)| {
-        (low.min(*p), high.max(*p))
-    });
-    let middle = (low + high) / 2.0;
-    let (vertices, uv): (Vec<DVec3>, Vec<DVec2>) = vertices.iter().map(|(p, uv)| (*p - middle, *uv)).unzip();
-    let mut mesh = TriangleMesh::new(vertices, uv, faces)?;
-    let topology = match Topology::of(&mesh) {
-        Err(error @ TemplateError::FaceOrientation { .. }) => {
-            return refused(format!(
-                "{error}: let the program that made it turn all normals outside"
-            ));
-        }
-        topology => topology?,
+    let parts = colored(parts, &mut notes)?;
+    let surface = Surface::of(&parts, mm_per_unit, &mut notes)?;
+    drop(parts);
+    let as_it_is = match unplain(&surface, &textures) {
+        Some(reason) => Err(reason),
+        None => match first_tile(&surface, &textures) {
+            Err(reason) => Err(reason),
+            Ok((placed, moved)) => {
+                let (texture, regions) = atlas(&textures)?;
+                let in_region = |(at, uv)| {
+                    let region = regions[surface.texture_of(at).unwrap_or(0)];
+                    region.corner + uv * region.size
+                };
+                let placed = surface.vertices.iter().zip(placed).map(in_region).collect();
+                match Template::of_mesh(surface.mesh(placed)?, texture) {
+                    Ok(template) => Ok((template, moved, regions.len())),
+                    Err(TemplateError::ChartsOverlap { percent }) => Err(format!(
+                        "{percent:.1} % of its texture belongs to several places of its surface"
+                    )),
+                    Err(error) => return Err(error.into()),
+                }
+            }
+        },
     };
-    let volume = |[a, b, c]: [DVec3; 3]| a.dot(b.cross(c));
-    let volumes = mesh.faces().iter().map(|face| volume(face.map(|v| mesh.vertices()[v])));
-    if topology.border_edges == 0 && volumes.sum::<f64>() < 0.0 {
-        let faces = mesh.faces().iter().map(|&[a, b, c]| [a, c, b]).collect();
-        mesh = TriangleMesh::new(mesh.vertices().to_vec(), mesh.texture_coordinates().to_vec(), faces)?;
-        notes.push("the fronts of its faces were inside and have been turned outside".to_owned());
-    }
+    let is_baked = as_it_is.is_err();
+    let template = match as_it_is {
+        Ok((template, moved, textures)) => {
+            if moved > ROUNDING {
+                notes.push(format!(
+                    "texture coordinates pass the texture's border by up to {moved:.4} and were moved onto it"
+                ));
+            }
+            if textures > 1 {
+                notes.push(format!("{textures} textures were put into one"));
+            }
+            template
+        }
+        Err(reason) => {
+            let (mesh, texture) = baked(&surface, &textures)?;
+            let size = texture.size();
+            notes.push(format!(
+                "{reason}: it was laid out anew, every place of the surface once, and its colours baked into a texture of {size}"
+            ));
+            Template::of_mesh(mesh, texture)?
+        }
+    };
+    let topology = Topology::of(template.mesh())?;
     let (edges, pieces) = (topology.non_manifold_edges, topology.pieces);
     if edges > 0 {
         notes.push(format!("{edges} edges belong to more than two faces"));
@@ -146,89 +109,80 @@ pub fn assemble_scan(scan: Scan) -> Result<ScannedTemplate, FormatError> {
         notes.push(format!("it is in {pieces} pieces, which move apart when they deform"));
     }
     Ok(ScannedTemplate {
-        template: Template::of_mesh(mesh, texture)?,
+        template,
         topology,
+        is_baked,
         notes,
     })
 }
 
-/// Moves each chart of a part by whole tiles into the unit square, and what passes its border by a hair onto it. Gives the
-/// longest way of the latter. `texels`: size of the texture.
-fn into_first_tile(part: &mut ScanPart, texels: DVec2) -> Result<f64, FormatError> {
-    let [least, most] = BORDER_FRACTIONS.map(DVec2::splat);
-    let hair = (BORDER_TEXELS / texels).clamp(least, most);
-    let mut moved: f64 = 0.0;
-    // Copies of a vertex for the sake of normals belong together.
-    let mut same: HashMap<[u64; 5], usize> = HashMap::new();
-    let mut charts = DisjointSets::new(part.positions.len());
-    for (vertex, (p, uv)) in part.positions.iter().zip(&part.texture_coordinates).enumerate() {
-        charts.join(vertex, *same.entry(key(*p, *uv)).or_insert(vertex));
-    }
-    for &[a, b, c] in &part.faces {
-        charts.join(a, b);
-        charts.join(a, c);
-    }
-    let mut bounds: HashMap<usize, (DVec2, DVec2)> = HashMap::new();
-    for &vertex in part.faces.iter().flatten() {
-        let uv = part.texture_coordinates[vertex];
-        let (low, high) = bounds.entry(charts.first(vertex)).or_insert((uv, uv));
-        (*low, *high) = (low.min(uv), high.max(uv));
-    }
-    for vertex in 0..part.positions.len() {
-        let Some(&(low, high)) = bounds.get(&charts.first(vertex)) else {
-            continue;
-        };
-        let fits = |tile: DVec2| (low - tile).cmpge(-hair) & (high - tile).cmple(DVec2::ONE + hair);
-        // Its own tile, or the next where it begins a hair before that.
-        let tile = DVec2::select(fits(low.floor()), low.floor(), (low + hair).floor());
-        if !fits(tile).all() {
-            return refused(format!(
-                "the texture of its part {:?} is repeated (u from {:.3} to {:.3}, v from {:.3} to {:.3}), and every place of \
-                 a texture must be one place of the surface: in the program that made it, unwrap the part again into one \
-                 tile (u and v from 0 to 1) and bake its texture",
-                part.name,
-                low.x,
-                high.x,
-                1.0 - high.y,
-                1.0 - low.y
-            ));
+/// The parts that have faces, and colours from a texture or of their own.
+fn colored(parts: Vec<ScanPart>, notes: &mut Vec<String>) -> Result<Vec<ScanPart>, FormatError> {
+    let parts = parts.into_iter().filter(|part| !part.faces.is_empty());
+    let (colored, bare): (Vec<_>, Vec<_>) =
+        parts.partition(|part| part.texture.is_some() || part.colors.len() == part.positions.len());
+    let is_of_one_color = {
+        let mut colors = colored.iter().flat_map(|part| &part.colors);
+        let first = colors.next();
+        colored.iter().all(|part| part.texture.is_none()) && colors.all(|color| Some(color) == first)
+    };
+    let names = |parts: &[ScanPart]| {
+        let mut names: Vec<String> = parts.iter().map(|part| format!("{:?}", part.name)).collect();
+        names.dedup();
+        names.join(", ")
+    };
+    let refusal = match (colored.is_empty(), bare.is_empty()) {
+        (true, true) => "it has no faces with a place in a texture or a colour".to_owned(),
+        (true, false) => format!(
+            "its part {} names no texture: give one (on the command line with --texture)",
+            names(&bare)
+        ),
+        (false, _) if is_of_one_color => format!(
+            "its part {} has one colour and no texture, so that nothing on it can be told apart: give a texture (on the command line with --texture)",
+            names(&colored)
+        ),
+        (false, false) => {
+            notes.push(format!("what has no texture was left out: its part {}", names(&bare)));
+            return Ok(colored);
         }
-        let uv = part.texture_coordinates[vertex] - tile;
-        let inside = uv.clamp(DVec2::ZERO, DVec2::ONE);
-        moved = moved.max((uv - inside).abs().max_element());
-        part.texture_coordinates[vertex] = inside;
+        (false, true) => return Ok(colored),
+    };
+    let more = notes.len().saturating_sub(TOLD);
+    notes.truncate(TOLD);
+    notes.insert(0, refusal);
+    notes.extend((more > 0).then(|| format!("and {more} notes more")));
+    refused(notes.join("; "))
+}
+
+/// Why the texture coordinates of the file cannot be a template's, of what is seen before they are placed.
+fn unplain(surface: &Surface, textures: &[Picture]) -> Option<String> {
+    if (surface.vertices.iter()).any(|at| surface.texture_of(at).is_none()) {
+        return Some("parts of it have colours without a texture".to_owned());
     }
-    Ok(moved)
-}
-
-/// Numbers by which equal vertices are known.
-fn key(p: DVec3, uv: DVec2) -> [u64; 5] {
-    // Adding 0 makes one of 0 and -0.
-    [p.x, p.y, p.z, uv.x, uv.y].map(|number| (number + 0.0).to_bits())
-}
-
-/// Vertices that are equal become one; faces without area are left out.
-#[derive(Default)]
-struct Welder {
-    known: HashMap<[u64; 5], usize>,
-    vertices: Vec<(DVec3, DVec2)>,
-    faces: Vec<[usize; 3]>,
-    dropped: usize,
-}
-
-impl Welder {
-    fn add(&mut self, corners: [(DVec3, DVec2); 3]) {
-        let [a, b, c] = corners.map(|(p, _)| p);
-        if (b - a).cross(c - a) == DVec3::ZERO {
-            self.dropped += 1;
-            return;
+    if (surface.vertices.iter()).any(|at| at.color.iter().any(|&part| part < NEARLY_WHITE)) {
+        return Some("its textures are coloured by its materials or vertices".to_owned());
+    }
+    let (mut upright, mut mirrored, mut points) = (0.0, 0.0, 0.0);
+    for face in 0..surface.faces.len() {
+        let texture = surface
+            .texture_of(&surface.corners(face)[0])
+            .and_then(|number| textures.get(number));
+        let texels = surface.texture_area(face) * texture.map_or(1, |texture| texture.size().area()) as f64 / 2.0;
+        let area = surface.normal(face).length();
+        match texels {
+            texels if texels < -POINT => upright += area,
+            texels if texels > POINT => mirrored += area,
+            _ => points += area,
         }
-        let face = corners.map(|(p, uv)| {
-            *self.known.entry(key(p, uv)).or_insert_with(|| {
-                self.vertices.push((p, uv));
-                self.vertices.len() - 1
-            })
-        });
-        self.faces.push(face);
     }
+    let whole = upright + mirrored + points;
+    let percent = |part: f64| format!("{:.0} %", 100.0 * part / whole);
+    if points > POINTS * whole {
+        return Some(format!(
+            "{} of it are points or lines in its texture, as of a palette",
+            percent(points)
+        ));
+    }
+    (f64::min(upright, mirrored) > MIRRORED * whole)
+        .then(|| format!("{} of it is mirrored in its texture", percent(mirrored)))
 }

@@ -4,9 +4,10 @@ use super::refused;
 use crate::error::FormatError;
 use deepsft_geometry::Picture;
 use deepsft_geometry::glam::DVec2;
+use std::borrow::Cow;
 
 /// Longest side of a template's texture, texels.
-const LONGEST_SIDE: usize = 4096;
+pub(super) const LONGEST_SIDE: usize = 4096;
 
 /// Texels between two textures in the common one; each continues over half of them.
 const GAP: usize = 16;
@@ -19,16 +20,17 @@ pub(super) struct Region {
 }
 
 /// All textures in one, and where each lies.
-pub(super) fn atlas(mut textures: Vec<Picture>) -> Result<(Picture, Vec<Region>), FormatError> {
+pub(super) fn atlas(textures: &[Picture]) -> Result<(Picture, Vec<Region>), FormatError> {
+    let mut textures = Vec::from_iter(textures.iter().map(Cow::Borrowed));
     if let [texture] = textures.as_mut_slice() {
         while texture.width().max(texture.height()) > LONGEST_SIDE {
-            *texture = texture.halved();
+            *texture = Cow::Owned(texture.halved());
         }
         let whole = Region {
             corner: DVec2::ZERO,
             size: DVec2::ONE,
         };
-        return Ok((texture.clone(), vec![whole]));
+        return Ok((texture.clone().into_owned(), vec![whole]));
     }
     loop {
         let sizes: Vec<(usize, usize)> = textures.iter().map(|t| (t.width(), t.height())).collect();
@@ -45,14 +47,18 @@ pub(super) fn atlas(mut textures: Vec<Picture>) -> Result<(Picture, Vec<Region>)
         if textures.iter().all(|t| t.width() == 1 && t.height() == 1) {
             return refused(format!("it has too many textures ({})", textures.len()));
         }
-        textures.iter_mut().for_each(|texture| *texture = texture.halved());
+        (textures.iter_mut()).for_each(|texture| *texture = Cow::Owned(texture.halved()));
     }
 }
 
 /// Lays rectangles (width, height) into a strip of `width` texels without overlap, `gap` texels between them and around
 /// them: the corner (x, y) of each, and the height that is used. Shelves, the highest rectangles first (next fit by
 /// decreasing height). `None` when one is too wide.
-fn pack_rectangles(sizes: &[(usize, usize)], width: usize, gap: usize) -> Option<(Vec<(usize, usize)>, usize)> {
+pub(super) fn pack_rectangles(
+    sizes: &[(usize, usize)],
+    width: usize,
+    gap: usize,
+) -> Option<(Vec<(usize, usize)>, usize)> {
     let mut order: Vec<usize> = (0..sizes.len()).collect();
     order.sort_by_key(|&i| std::cmp::Reverse(sizes[i].1));
     let mut corners = vec![(0, 0); sizes.len()];
@@ -73,7 +79,7 @@ fn pack_rectangles(sizes: &[(usize, usize)], width: usize, gap: usize) -> Option
 }
 
 fn paint_atlas(
-    textures: &[Picture],
+    textures: &[Cow<'_, Picture>],
     corners: &[(usize, usize)],
     width: usize,
     height: usize,

@@ -1,14 +1,16 @@
 //! glTF 2.0, binary (`.glb`) or as JSON (`.gltf`): the triangles of the default scene with their base colour textures.
 
 use super::accessors::{Buffers, content, named};
-use super::{ScanPart, Textures, refused};
+use super::baking::from_linear;
+use super::{ScanPart, Textures, Wrap, refused};
 use crate::error::FormatError;
 use deepsft_geometry::glam::{DAffine2, DMat4, DQuat, DVec2, DVec3, Mat4, Quat, Vec2, Vec3};
 use gltf::binary::Glb;
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::scene::Node;
+use gltf::json::texture::WrappingMode;
 use gltf::json::validation::Checked;
-use gltf::json::{Image, Index, Root, Scene, Texture};
+use gltf::json::{Accessor, Image, Index, Root, Scene, Texture};
 use serde_json::Value;
 use std::collections::HashSet;
 
@@ -103,22 +105,13 @@ impl Reading<'_, '_> {
             let name = mesh.name.as_deref().unwrap_or("mesh");
             for primitive in &mesh.primitives {
                 let named = |reason| format!("its part {name:?}: {reason}");
-                let unusable = if primitive.mode != Checked::Valid(Mode::Triangles) {
-                    Some("it is not made of triangles")
-                } else if !(primitive.attributes.keys())
-                    .any(|key| matches!(key, Checked::Valid(Semantic::TexCoords(_))))
-                {
-                    Some("it has no texture coordinates")
-                } else {
-                    None
-                };
-                if let Some(reason) = unusable {
-                    self.textures.notes.push(named(format!("{reason}, and was left out")));
+                if primitive.mode != Checked::Valid(Mode::Triangles) {
+                    let note = named("it is not made of triangles, and was left out".to_owned());
+                    self.textures.note(note);
                     continue;
                 }
                 let part = self.part(name, primitive, scene_from_node);
-                self.parts
-                    .push(part.or_else(|error| refused(named(error.to_string())))?);
+                (self.parts).extend(part.or_else(|error| refused(named(error.to_string())))?);
             }
         }
         for &child in node.children.iter().flatten() {
@@ -127,23 +120,24 @@ impl Reading<'_, '_> {
         Ok(())
     }
 
-    fn part(&mut self, name: &str, primitive: &Primitive, scene_from_node: DMat4) -> Result<ScanPart, FormatError> {
+    /// A part; `None` when it has no texture coordinates and no colours either.
+    fn part(
+        &mut self,
+        name: &str,
+        primitive: &Primitive,
+        scene_from_node: DMat4,
+    ) -> Result<Option<ScanPart>, FormatError> {
         let material = primitive.material.map(|index| named(self.root, index, "material"));
         let material = material.transpose()?;
         // Older files have their colours in specular-glossiness materials.
-        let base = material.and_then(|material| {
-            let older = || {
-                material
-                    .extensions
-                    .as_ref()?
-                    .pbr_specular_glossiness
-                    .as_ref()?
-                    .diffuse_texture
-                    .as_ref()
-            };
-            let newer = material.pbr_metallic_roughness.base_color_texture.as_ref();
-            newer.or_else(older)
-        });
+        let older = material.and_then(|material| material.extensions.as_ref()?.pbr_specular_glossiness.as_ref());
+        let newer = material.map(|material| &material.pbr_metallic_roughness);
+        let newer_texture = newer.and_then(|newer| newer.base_color_texture.as_ref());
+        let base = newer_texture.or_else(|| older?.diffuse_texture.as_ref());
+        let factor = match (newer_texture, older) {
+            (None, Some(older)) => Some(older.diffuse_factor.0),
+            _ => newer.map(|newer| newer.base_color_factor.0),
+        };
         let transform = base.and_then(|base| base.extensions.as_ref()?.texture_transform.as_ref());
         let attribute = |semantic: Semantic| primitive.attributes.get(&Checked::Valid(semantic)).copied();
         let Some(positions) = attribute(Semantic::Positions) else {
@@ -153,21 +147,34 @@ impl Reading<'_, '_> {
             let moved = transform.and_then(|transform| transform.tex_coord);
             moved.unwrap_or(base.tex_coord)
         });
-        let Some(uv) = attribute(Semantic::TexCoords(set)) else {
-            return refused(format!(
-                "it has no texture coordinates (TEXCOORD_{set}): a template needs them"
-            ));
-        };
         let in_scene = |p: [f64; 3]| scene_from_node.transform_point3(p.into());
         let positions: Vec<DVec3> = self.buffers.elements(positions)?.into_iter().map(in_scene).collect();
-        let uv = self.buffers.elements(uv)?.into_iter();
         let in_texture = transform.map_or(DAffine2::IDENTITY, |transform| {
             let [scale, offset] = [transform.scale.0, transform.offset.0].map(|pair| Vec2::from(pair).as_dvec2());
             // Counter-clockwise in an image whose v points down.
             DAffine2::from_scale_angle_translation(DVec2::ONE, -f64::from(transform.rotation.0), offset)
                 * DAffine2::from_scale(scale)
         });
-        let texture_coordinates: Vec<DVec2> = uv.map(|uv| in_texture.transform_point2(uv.into())).collect();
+        let (mut texture, mut wraps) = (None, [Wrap::default(); 2]);
+        let texture_coordinates: Vec<DVec2> = if let Some(uv) = attribute(Semantic::TexCoords(set)) {
+            if let Some(base) = base {
+                (texture, wraps) = (self.texture(base.index), self.wraps(base.index));
+            }
+            let uv = self.buffers.elements(uv)?.into_iter();
+            uv.map(|uv| in_texture.transform_point2(uv.into())).collect()
+        } else {
+            let reason = format!("its part {name:?}: it has no texture coordinates (TEXCOORD_{set})");
+            let has_color = (factor.is_some() || attribute(Semantic::Colors(0)).is_some()) && self.textures.are_wanted;
+            if base.is_some() || !has_color {
+                let what = if has_color { "took its colour" } else { "was left out" };
+                self.textures.notes.push(format!("{reason}, and {what}"));
+            }
+            if !has_color {
+                return Ok(None);
+            }
+            vec![DVec2::ZERO; positions.len()]
+        };
+        let colors = self.colors(factor, attribute(Semantic::Colors(0)), positions.len())?;
         let (places, vertices) = (texture_coordinates.len(), positions.len());
         if places != vertices {
             return refused(format!("{places} texture coordinates for {vertices} vertices"));
@@ -187,19 +194,61 @@ impl Reading<'_, '_> {
             // A mirrored node turns the faces over.
             faces.iter_mut().for_each(|face| face.swap(1, 2));
         }
-        Ok(ScanPart {
+        Ok(Some(ScanPart {
             name: name.to_owned(),
             faces,
             positions,
             texture_coordinates,
-            texture: base.map(|base| self.texture(base.index)).transpose()?.flatten(),
+            texture,
+            wraps,
+            colors,
+        }))
+    }
+
+    /// The sRGB colours of `count` vertices: linear ones of a material, of the vertices, or both multiplied. Empty without either.
+    fn colors(
+        &mut self,
+        factor: Option<[f32; 4]>,
+        of_vertices: Option<Index<Accessor>>,
+        count: usize,
+    ) -> Result<Vec<[u8; 3]>, FormatError> {
+        let srgb = |light: [f64; 3]| light.map(|light| from_linear(light).round() as u8);
+        let factor = factor.map(|[r, g, b, _]| [r, g, b].map(f64::from));
+        let Some(accessor) = of_vertices else {
+            return Ok(factor.map_or(Vec::new(), |factor| vec![srgb(factor); count]));
+        };
+        let opaque = |[r, g, b, _]: [f64; 4]| [r, g, b];
+        let lights = match self.buffers.elements::<4>(accessor) {
+            Ok(lights) => lights.into_iter().map(opaque).collect(),
+            Err(_) => self.buffers.elements::<3>(accessor)?,
+        };
+        if lights.len() != count {
+            return refused(format!("{} colours for {count} vertices", lights.len()));
+        }
+        let [r, g, b] = factor.unwrap_or([1.0; 3]);
+        Ok(lights
+            .into_iter()
+            .map(|light| srgb([light[0] * r, light[1] * g, light[2] * b]))
+            .collect())
+    }
+
+    /// How a texture goes on along u and v.
+    fn wraps(&self, index: Index<Texture>) -> [Wrap; 2] {
+        let sampler = self.root.get(index).and_then(|texture| texture.sampler);
+        let Some(sampler) = sampler.and_then(|sampler| self.root.get(sampler)) else {
+            return [Wrap::Repeat; 2];
+        };
+        [sampler.wrap_s, sampler.wrap_t].map(|wrap| match wrap {
+            Checked::Valid(WrappingMode::MirroredRepeat) => Wrap::Mirror,
+            Checked::Valid(WrappingMode::ClampToEdge) => Wrap::Clamp,
+            _ => Wrap::Repeat,
         })
     }
 
-    /// The number of the picture of a texture, if textures are wanted.
-    fn texture(&mut self, index: Index<Texture>) -> Result<Option<usize>, FormatError> {
+    /// The number of the picture of a texture, if textures are wanted and it can be had.
+    fn texture(&mut self, index: Index<Texture>) -> Option<usize> {
         if !self.textures.are_wanted {
-            return Ok(None);
+            return None;
         }
         let image_of = |source| Some((source, self.root.get(source)?));
         let source = self.root.get(index).map(|texture| texture.source);
@@ -207,21 +256,25 @@ impl Reading<'_, '_> {
             .and_then(image_of)
             .or_else(|| image_of(self.other_source(index)?))
         else {
-            return refused(format!("its texture {index} is none of PNG, JPEG, WebP and AVIF"));
+            let note = format!("its texture {index} is none of PNG, JPEG, WebP and AVIF");
+            self.textures.note(note);
+            return None;
         };
         let (buffers, textures) = (&self.buffers, &mut self.textures);
-        let number = match (&image.uri, image.buffer_view) {
+        match (&image.uri, image.buffer_view) {
             // Data within the URI is no name to tell people.
             (Some(uri), _) if uri.starts_with("data:") => {
-                textures.number(&format!("image {source}"), |textures| content(uri, textures))?
+                textures.number_or_note(&format!("image {source}"), |textures| content(uri, textures))
             }
-            (Some(uri), _) => textures.number(uri, |textures| content(uri, textures))?,
+            (Some(uri), _) => textures.number_or_note(uri, |textures| content(uri, textures)),
             (None, Some(view)) => {
-                textures.number(&format!("buffer view {view}"), |_| Ok(buffers.view(view)?.0.to_vec()))?
+                textures.number_or_note(&format!("buffer view {view}"), |_| Ok(buffers.view(view)?.0.to_vec()))
             }
-            (None, None) => return refused(format!("its texture {index} is not there")),
-        };
-        Ok(Some(number))
+            (None, None) => {
+                textures.note(format!("its texture {index} is not there"));
+                None
+            }
+        }
     }
 
     /// The image of a texture that has none but in a format of an extension, which the crate `gltf` leaves out.

@@ -1,7 +1,7 @@
 //! What programs that scan leave wrong in a mesh: faces turned over, crumbs beside the object.
 
+use super::surface::{Vertex, bits};
 use deepsft_geometry::DisjointSets;
-use deepsft_geometry::glam::{DVec2, DVec3};
 use std::collections::HashMap;
 
 /// Fraction of the whole area below which a piece is a crumb.
@@ -17,39 +17,28 @@ pub(super) struct Mended {
     pub(super) turned: usize,
     /// How many pieces were left out.
     pub(super) crumbs: usize,
+    /// How many faces were left out because front and back are one there.
+    pub(super) torn: usize,
 }
 
-/// Turns over what has its front on another side than most of its piece, and leaves out pieces that are small beside the whole.
-/// Vertices are positions and texture coordinates.
-pub(super) fn mended(vertices: &[(DVec3, DVec2)], faces: &[[usize; 3]]) -> Mended {
-    // Vertices of seams are one point.
-    let mut points = HashMap::new();
-    let mut point = |v: usize| {
-        let count = points.len();
-        *points
-            .entry(vertices[v].0.to_array().map(f64::to_bits))
-            .or_insert(count)
-    };
-    let mut edges: HashMap<[usize; 2], Vec<(usize, bool)>> = HashMap::new();
-    for (face, corners) in faces.iter().enumerate() {
-        let corners = corners.map(&mut point);
-        for k in 0..3 {
-            let (a, b) = (corners[k], corners[(k + 1) % 3]);
-            edges.entry([a.min(b), a.max(b)]).or_default().push((face, a < b));
-        }
-    }
+/// Turns over what has its front on another side than most of its piece, and leaves out pieces that are small beside the whole and faces
+/// at which a twisted band meets its own back.
+pub(super) fn mended(vertices: &[Vertex], faces: &[[usize; 3]]) -> Mended {
+    let points = points(vertices);
+    let on_points: Vec<[usize; 3]> = faces.iter().map(|face| face.map(|v| points[v])).collect();
     let mut pieces = DisjointSets::new(faces.len());
     // Of each face those beyond its edges, and whether they lie the other way.
     let mut beyond = vec![Vec::new(); faces.len()];
-    for around in edges.values() {
-        around.iter().for_each(|(face, _)| pieces.join(around[0].0, *face));
-        if let [(one, forward), (other, is_same)] = around[..] {
-            beyond[one].push((other, forward == is_same));
-            beyond[other].push((one, forward == is_same));
+    for around in sides(&on_points).chunk_by(|a, b| a.edge == b.edge) {
+        around.iter().for_each(|side| pieces.join(around[0].face, side.face));
+        if let [one, other] = around {
+            let is_other_way = one.is_forward == other.is_forward;
+            beyond[one.face].push((other.face, is_other_way));
+            beyond[other.face].push((one.face, is_other_way));
         }
     }
     let area = |[a, b, c]: [usize; 3]| {
-        let [a, b, c] = [a, b, c].map(|v| vertices[v].0);
+        let [a, b, c] = [a, b, c].map(|v| vertices[v].position);
         (b - a).cross(c - a).length()
     };
     let (mut is_turned, mut is_reached) = (vec![false; faces.len()], vec![false; faces.len()]);
@@ -91,13 +80,75 @@ pub(super) fn mended(vertices: &[(DVec3, DVec2)], faces: &[[usize; 3]]) -> Mende
     let has_crumbs = crumbs.iter().sum::<f64>() < MOST_CRUMBS * whole;
     let mut is_crumb = |face: usize| has_crumbs && areas[pieces.first(face)] < CRUMB * whole;
     let kept: Vec<usize> = (0..faces.len()).filter(|&face| !is_crumb(face)).collect();
-    let oriented = kept.iter().map(|&face| match (faces[face], is_turned[face]) {
-        ([a, b, c], true) => [a, c, b],
-        (corners, false) => corners,
-    });
+    let mut oriented: Vec<[usize; 3]> = (kept.iter())
+        .map(|&face| match (faces[face], is_turned[face]) {
+            ([a, b, c], true) => [a, c, b],
+            (corners, false) => corners,
+        })
+        .collect();
+    let whole = oriented.len();
+    // An edge of more than two faces may have two when one of them has gone.
+    loop {
+        let on_points: Vec<[usize; 3]> = oriented.iter().map(|face| face.map(|v| points[v])).collect();
+        let mut is_torn = vec![false; oriented.len()];
+        for around in sides(&on_points).chunk_by(|a, b| a.edge == b.edge) {
+            if let [one, other] = around
+                && one.is_forward == other.is_forward
+            {
+                let (first, second) = (one.face, other.face);
+                let smaller = if area(oriented[first]) < area(oriented[second]) {
+                    first
+                } else {
+                    second
+                };
+                is_torn[smaller] = true;
+            }
+        }
+        if !is_torn.contains(&true) {
+            break;
+        }
+        let mut torn = is_torn.into_iter();
+        oriented.retain(|_| !torn.next().unwrap_or(false));
+    }
     Mended {
-        faces: oriented.collect(),
+        torn: whole - oriented.len(),
+        faces: oriented,
         turned: kept.iter().filter(|face| is_turned[**face]).count(),
         crumbs: if has_crumbs { crumbs.len() } else { 0 },
     }
+}
+
+/// The points at which vertices are: those of seams are one point.
+pub(super) fn points(vertices: &[Vertex]) -> Vec<usize> {
+    let mut points = HashMap::new();
+    let mut point = |at: &Vertex| {
+        let count = points.len();
+        *points.entry(bits(at.position)).or_insert(count)
+    };
+    vertices.iter().map(&mut point).collect()
+}
+
+/// A side of a face.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Side {
+    /// The smaller vertex and the larger one.
+    pub(super) edge: [usize; 2],
+    pub(super) face: usize,
+    /// Whether the face goes from the smaller to the larger.
+    pub(super) is_forward: bool,
+}
+
+/// The sides of all faces, those of one edge one after another.
+pub(super) fn sides(faces: &[[usize; 3]]) -> Vec<Side> {
+    let of_face = |(face, corners): (usize, &[usize; 3])| {
+        let [a, b, c] = *corners;
+        [[a, b], [b, c], [c, a]].map(|[from, to]| Side {
+            edge: [from.min(to), from.max(to)],
+            face,
+            is_forward: from < to,
+        })
+    };
+    let mut sides: Vec<Side> = faces.iter().enumerate().flat_map(of_face).collect();
+    sides.sort_unstable();
+    sides
 }

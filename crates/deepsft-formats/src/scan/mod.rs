@@ -1,14 +1,21 @@
 //! Scans and models of other programs, made into templates.
 //!
-//! A reader (`obj.rs`, `gltf.rs`, chosen in `reading.rs`) gives [`ScanPart`]s; `assembly.rs` makes one mesh with one texture of them.
+//! A reader (`obj.rs`, `ply.rs`, `gltf.rs`, chosen in `reading.rs`) gives [`ScanPart`]s. `surface.rs` makes one mended surface of them, and
+//! `assembly.rs` a template: with the textures of the file if every place of them is one place of the surface (`first_tile.rs`, `atlas.rs`),
+//! else with a new one, for which `charts.rs` lays the faces out and `baking.rs` carries the colours over.
 
 mod accessors;
 mod assembly;
 mod atlas;
+mod baking;
+mod charts;
+mod first_tile;
 mod gltf;
 mod mending;
 mod obj;
+mod ply;
 mod reading;
+mod surface;
 
 pub use assembly::{ScannedTemplate, assemble_scan};
 pub use reading::{read_scan, read_scan_decoding};
@@ -34,6 +41,23 @@ pub struct ScanPart {
     pub faces: Vec<[usize; 3]>,
     /// Its texture, as an index of the scan's; `None` when the file names none.
     pub texture: Option<usize>,
+    /// How its texture goes on beyond the unit square, along u and v.
+    pub wraps: [Wrap; 2],
+    /// sRGB colours of the vertices, by which those of the texture are multiplied (in linear light) if there is one. Empty where the file
+    /// tells none.
+    pub colors: Vec<[u8; 3]>,
+}
+
+/// How a texture goes on beyond the unit square.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Wrap {
+    /// It begins again.
+    #[default]
+    Repeat,
+    /// It runs to and fro.
+    Mirror,
+    /// Its border goes on.
+    Clamp,
 }
 
 /// What a file holds.
@@ -43,7 +67,7 @@ pub struct Scan {
     pub parts: Vec<ScanPart>,
     /// Their textures.
     pub textures: Vec<Picture>,
-    /// Millimetres of the format's unit: 1000 in glTF, which counts in metres; OBJ does not say, so 1.
+    /// Millimetres of the format's unit: 1000 in glTF, which counts in metres; OBJ and PLY do not say, so 1.
     pub mm_per_unit: f64,
     /// What was left out of it, or found elsewhere than it says.
     pub notes: Vec<String>,
@@ -82,6 +106,23 @@ impl Textures<'_> {
         self.named.push(name.to_owned());
         self.pictures.push(picture);
         Ok(self.pictures.len() - 1)
+    }
+
+    /// As [`Self::number`]; a picture that cannot be had is noted, and the scan goes on without it.
+    fn number_or_note(
+        &mut self,
+        name: &str,
+        read: impl FnOnce(&mut Self) -> Result<Vec<u8>, FormatError>,
+    ) -> Option<usize> {
+        let number = self.number(name, read);
+        number.map_err(|error| self.note(error.to_string())).ok()
+    }
+
+    /// Notes something once.
+    fn note(&mut self, note: String) {
+        if !self.notes.contains(&note) {
+            self.notes.push(note);
+        }
     }
 
     /// The bytes of a file that the scan names. Where there is none, or the path is absolute or climbs out of the scan's folder, as that of

@@ -1,35 +1,65 @@
 //! The parts of a Wavefront OBJ file, and the textures that its materials (MTL) name.
 
-use super::{ScanPart, Textures};
+use super::{ScanPart, Textures, Wrap};
 use crate::error::FormatError;
-use crate::obj::{ObjCorner, ObjFile, ObjGroup};
+use crate::obj::{ObjCorner, ObjFile, ObjGroup, numbers};
 use deepsft_geometry::glam::{DVec2, DVec3};
 use std::collections::{HashMap, HashSet};
 
 /// The parts of an OBJ file, and if they are wanted the textures its materials name.
 pub(super) fn parts(bytes: &[u8], textures: &mut Textures<'_>) -> Result<Vec<ScanPart>, FormatError> {
     let file = ObjFile::parse(bytes)?;
-    let mut pictures = HashMap::new();
+    let mut materials = HashMap::new();
     if textures.are_wanted {
-        pictures = material_pictures(&file.material_files, textures);
+        materials = read_materials(&file.material_files, textures);
     }
     let mut parts = Vec::new();
+    let mut bare: Vec<(&str, usize)> = Vec::new();
     for group in &file.groups {
-        let texture = match group.material.as_ref().and_then(|material| pictures.get(material)) {
-            // Two folders may have pictures of one name.
-            Some((folder, name)) => Some(textures.number(&format!("{folder}{name}"), |textures| {
-                picture_file(folder, name, textures)
-            })?),
-            None => None,
-        };
-        parts.push(part(&file, group, texture, textures));
+        let material = group.material.as_ref().and_then(|material| materials.get(material));
+        let texture = material.and_then(|material| material.picture.as_ref());
+        // Two folders may have pictures of one name.
+        let texture = texture.and_then(|(folder, name)| {
+            let read = |textures: &mut Textures<'_>| picture_file(folder, name, textures);
+            textures.number_or_note(&format!("{folder}{name}"), read)
+        });
+        let color = material.and_then(|material| material.color);
+        let (placed, unplaced): (Vec<_>, Vec<_>) =
+            (group.faces.iter().copied()).partition(|face| face.iter().all(|corner| corner.texture.is_some()));
+        let own = part(&file, group, &placed, texture.ok_or(color));
+        parts.push(own);
+        // Beside a picture a material's colour says nothing.
+        let plain = material.filter(|material| material.picture.is_none());
+        let unplaced_part = part(&file, group, &unplaced, Err(plain.and(color)));
+        if textures.are_wanted && !unplaced_part.colors.is_empty() {
+            parts.push(unplaced_part);
+        } else if !unplaced.is_empty() {
+            match bare.iter_mut().find(|(name, _)| *name == group.name) {
+                Some((_, count)) => *count += unplaced.len(),
+                None => bare.push((&group.name, unplaced.len())),
+            }
+        }
+    }
+    for (name, count) in bare {
+        textures.notes.push(format!(
+            "{count} faces of its part {name:?} have no texture coordinates (vt) and were left out"
+        ));
     }
     Ok(parts)
 }
 
-/// The textures of all materials by their names: the folder of the material file, and what that calls the picture.
-fn material_pictures(material_files: &[String], textures: &mut Textures<'_>) -> HashMap<String, (String, String)> {
-    let mut pictures = HashMap::new();
+/// What is read of a material.
+#[derive(Default)]
+struct Material {
+    /// The folder of the material file, and what that calls its diffuse picture (`map_Kd`).
+    picture: Option<(String, String)>,
+    /// Its diffuse colour (`Kd`), sRGB.
+    color: Option<[u8; 3]>,
+}
+
+/// All materials by their names.
+fn read_materials(material_files: &[String], textures: &mut Textures<'_>) -> HashMap<String, Material> {
+    let mut materials = HashMap::new();
     let mut known = HashSet::new();
     for line in material_files.iter().filter(|line| known.insert(*line)) {
         // A line is one name, with spaces in it, or several.
@@ -46,11 +76,10 @@ fn material_pictures(material_files: &[String], textures: &mut Textures<'_>) -> 
         }
         for (file, mtl) in files {
             let folder = file.rfind(['/', '\\']).map_or("", |end| &file[..=end]);
-            let named = diffuse_textures(&mtl).into_iter();
-            pictures.extend(named.map(|(material, name)| (material, (folder.to_owned(), name))));
+            add_materials(&mut materials, folder, &mtl);
         }
     }
-    pictures
+    materials
 }
 
 /// The bytes of a picture that a material file in `folder` names; options may stand before the name.
@@ -69,54 +98,68 @@ fn picture_file(folder: &str, name: &str, textures: &mut Textures<'_>) -> Result
     read
 }
 
-/// The diffuse textures (`map_Kd`) of an MTL file by their materials' names; all else in it is passed over.
-fn diffuse_textures(mtl: &[u8]) -> Vec<(String, String)> {
-    let mut textures = Vec::new();
-    let mut material = None;
+/// The materials of an MTL file in `folder`; all but their diffuse colours is passed over.
+fn add_materials(materials: &mut HashMap<String, Material>, folder: &str, mtl: &[u8]) {
+    let mut material: Option<&mut Material> = None;
     for line in String::from_utf8_lossy(mtl).lines() {
-        let (keyword, name) = line.trim().split_once(char::is_whitespace).unwrap_or_default();
-        match keyword.to_ascii_lowercase().as_str() {
-            "newmtl" => material = Some(name.trim().to_owned()),
-            "map_kd" => textures.extend(material.clone().map(|material| (material, name.trim().to_owned()))),
+        let (keyword, rest) = line.trim().split_once(char::is_whitespace).unwrap_or_default();
+        match (keyword.to_ascii_lowercase().as_str(), &mut material) {
+            ("newmtl", _) => material = Some(materials.entry(rest.trim().to_owned()).or_default()),
+            ("map_kd", Some(material)) => material.picture = Some((folder.to_owned(), rest.trim().to_owned())),
+            ("kd", Some(material)) => material.color = numbers(rest).map(srgb),
             _ => {}
         }
     }
-    textures
 }
 
-/// One vertex for each pair of position and texture coordinates; normals are ours. Faces without texture coordinates are left out.
-fn part(file: &ObjFile, group: &ObjGroup, texture: Option<usize>, textures: &mut Textures<'_>) -> ScanPart {
+/// A colour in bytes; some programs write 0 to 255 in place of 0 to 1.
+fn srgb(color: [f64; 3]) -> [u8; 3] {
+    let scale = if color.iter().any(|part| *part > 1.0) {
+        1.0
+    } else {
+        255.0
+    };
+    color.map(|part| (scale * part).round() as u8)
+}
+
+/// One vertex for each pair of position and texture coordinates; normals are ours. `texture` is its number, or the colour of its material:
+/// without a texture the colours of the vertices count, and else that of the material.
+fn part(
+    file: &ObjFile,
+    group: &ObjGroup,
+    faces: &[[ObjCorner; 3]],
+    texture: Result<usize, Option<[u8; 3]>>,
+) -> ScanPart {
     let mut part = ScanPart {
         name: group.name.clone(),
         positions: Vec::new(),
         texture_coordinates: Vec::new(),
         faces: Vec::new(),
-        texture,
+        texture: texture.ok(),
+        wraps: [Wrap::Repeat; 2],
+        colors: Vec::new(),
     };
-    let mut known: HashMap<(usize, usize), usize> = HashMap::new();
-    for face in &group.faces {
-        let [Some(a), Some(b), Some(c)] = face.map(|corner| corner.texture) else {
-            continue;
-        };
-        let vertex = |(ObjCorner { position, .. }, texture): (ObjCorner, usize)| {
-            *known.entry((position, texture)).or_insert_with(|| {
+    let has_colors = file.colors.len() == file.positions.len();
+    let mut known: HashMap<(usize, Option<usize>), usize> = HashMap::new();
+    for face in faces {
+        let vertex = |ObjCorner {
+                          position,
+                          texture: place,
+                      }: ObjCorner| {
+            *known.entry((position, place)).or_insert_with(|| {
                 let [x, y, z] = file.positions[position];
-                let [u, v] = file.texture_coordinates[texture];
+                let [u, v] = place.map_or([0.0; 2], |place| file.texture_coordinates[place]);
                 part.positions.push(DVec3::new(x, y, z));
                 // OBJ's v points up.
                 part.texture_coordinates.push(DVec2::new(u, 1.0 - v));
+                if let Err(color) = texture {
+                    let of_vertex = has_colors.then(|| srgb(file.colors[position]));
+                    part.colors.extend(of_vertex.or(color));
+                }
                 part.positions.len() - 1
             })
         };
-        let [d, e, f] = *face;
-        part.faces.push([(d, a), (e, b), (f, c)].map(vertex));
-    }
-    let bare = group.faces.len() - part.faces.len();
-    if bare > 0 {
-        let name = &group.name;
-        textures.notes.push(format!(
-            "{bare} faces of its part {name:?} have no texture coordinates (vt) and were left out"
-        ));
+        part.faces.push(face.map(vertex));
     }
     part
 }

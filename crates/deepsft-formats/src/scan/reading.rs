@@ -1,13 +1,13 @@
 //! A scan from the bytes of its file, by the ending of its name.
 
-use super::{Scan, Textures, gltf, obj, refused};
+use super::{Scan, Textures, gltf, obj, ply, refused};
 use crate::error::FormatError;
 use crate::foreign::guarded;
 use crate::picture::decode_picture;
 use deepsft_geometry::Picture;
 use std::path::Path;
 
-/// Reads a scan from the bytes of its file: OBJ, glTF or GLB by the ending of `file_name`. `texture`, if given, is that of
+/// Reads a scan from the bytes of its file: OBJ, PLY, glTF or GLB by the ending of `file_name`. `texture`, if given, is that of
 /// all parts, whatever the file says. `beside` reads a file by its path in the scan's folder; no path it is given is
 /// absolute or leads out of the folder.
 ///
@@ -45,17 +45,18 @@ pub fn read_scan_decoding(
     let ending = Path::new(file_name).extension().unwrap_or_default();
     let (mut parts, mm_per_unit) = match ending.to_ascii_lowercase().to_str() {
         Some("obj") => (obj::parts(bytes, &mut textures)?, 1.0),
+        Some("ply") => (ply::parts(bytes, &mut textures)?, 1.0),
         Some("glb" | "gltf") => {
             let parts = guarded(|| gltf::parts(bytes, &mut textures));
             (parts.or_else(|error| refused(error.to_string()))??, gltf::MM_PER_UNIT)
         }
-        _ => return refused("it is none of .obj, .glb and .gltf: unpack a ZIP first, export other kinds as GLB"),
+        _ => return refused("it is none of .obj, .ply, .glb and .gltf: unpack a ZIP first, export other kinds as GLB"),
     };
     let notes = textures.notes;
     let mut textures = textures.pictures;
     if let Some(picture) = texture {
         textures = vec![picture];
-        parts.iter_mut().for_each(|part| part.texture = Some(0));
+        (parts.iter_mut()).for_each(|part| (part.texture, part.colors) = (Some(0), Vec::new()));
     }
     Ok(Scan {
         parts,

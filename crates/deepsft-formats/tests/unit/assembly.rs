@@ -1,6 +1,6 @@
 //! Scans as programs leave them: coordinates beyond the texture, crumbs, turned faces, parts without a texture.
 
-use deepsft_formats::{Scan, ScanPart, assemble_scan};
+use deepsft_formats::{Scan, ScanPart, Wrap, assemble_scan};
 use deepsft_geometry::Picture;
 use deepsft_geometry::glam::{DVec2, DVec3};
 
@@ -16,6 +16,8 @@ fn square(low: [f64; 2], high: [f64; 2]) -> Scan {
             texture_coordinates: corners.iter().map(uv).collect(),
             faces: vec![[0, 3, 2], [0, 2, 1]],
             texture: Some(0),
+            wraps: [Wrap::Repeat; 2],
+            colors: Vec::new(),
         }],
         textures: vec![Picture::from_fn(1000, 1000, |_, _| [9; 3])],
         mm_per_unit: 100.0,
@@ -51,15 +53,20 @@ fn coordinates_that_pass_the_border_by_a_hair_are_moved_onto_it() {
 }
 
 #[test]
-fn a_texture_that_repeats_is_refused_with_what_to_do() {
+fn what_passes_the_border_by_more_is_a_texture_that_repeats() {
     for (low, high) in [
         ([0.0, 0.0], [1.05, 1.0]),
         ([0.5, 0.0], [1.5, 1.0]),
         ([0.0, -0.5], [1.0, 1.5]),
     ] {
-        let error = assemble_scan(square(low, high)).unwrap_err().to_string();
-        assert!(error.contains("repeated") && error.contains("unwrap"), "{error}");
+        let scanned = assemble_scan(square(low, high)).unwrap();
+        assert!(
+            scanned.is_baked && scanned.notes[0].contains("repeated"),
+            "{:?}",
+            scanned.notes
+        );
     }
+    assert!(!assemble_scan(square([0.5, 0.0], [1.001, 1.0])).unwrap().is_baked);
 }
 
 /// A grid of `n` x `n` squares.

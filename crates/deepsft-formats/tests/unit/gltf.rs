@@ -1,6 +1,6 @@
 //! glTF files that are well made, odd or made to harm.
 
-use deepsft_formats::{FormatError, Scan, encode_png, read_scan};
+use deepsft_formats::{FormatError, Scan, Wrap, encode_png, read_scan};
 use deepsft_geometry::Picture;
 use serde_json::{Value, json};
 use std::path::Path;
@@ -48,13 +48,6 @@ fn read_with(json: &Value, picture: &str) -> Result<Scan, FormatError> {
     })
 }
 
-/// The error after a change.
-fn refused(change: impl Fn(&mut Value)) -> String {
-    let (mut json, _) = triangle();
-    change(&mut json);
-    read_with(&json, "art.png").unwrap_err().to_string()
-}
-
 #[test]
 fn a_triangle_is_read_without_the_bounds_that_nobody_needs() {
     let scan = read_with(&triangle().0, "art.png").unwrap();
@@ -72,7 +65,7 @@ fn names_are_percent_decoded_as_a_whole() {
     json["images"][0]["uri"] = "b%C3%BCste%20%231.png".into();
     assert_eq!(read_with(&json, "b\u{fc}ste #1.png").unwrap().textures.len(), 1);
     json["images"][0]["uri"] = "%FF.png".into();
-    assert!(read_with(&json, "art.png").unwrap_err().to_string().contains("UTF-8"));
+    assert!(read_with(&json, "art.png").unwrap().notes[0].contains("UTF-8"));
 }
 
 #[test]
@@ -95,8 +88,14 @@ fn an_image_of_two_textures_is_one_texture() {
 fn files_outside_of_the_folder_are_not_read_whatever_way_they_are_written() {
     for folder in ["/", "../", "%2e%2e/", "a/..%2F..%2F", "C:%5C"] {
         for (list, beside) in [("images", "art.png"), ("buffers", "triangle.bin")] {
-            let error = refused(|json| json[list][0]["uri"] = format!("{folder}secret").into());
-            assert!(error.contains("not in its folder"), "{list} {folder}: {error}");
+            let (mut json, _) = triangle();
+            json[list][0]["uri"] = format!("{folder}secret").into();
+            // Without a picture it goes on, with a word; without its shape it does not.
+            let said = match read_with(&json, "art.png") {
+                Ok(scan) if list == "images" => scan.notes.join(""),
+                read => read.unwrap_err().to_string(),
+            };
+            assert!(said.contains("not in its folder"), "{list} {folder}: {said}");
             // The file of that name beside the scan is meant.
             let (mut json, _) = triangle();
             json[list][0]["uri"] = format!("{folder}{beside}").into();
@@ -120,6 +119,32 @@ fn extensions_that_concern_neither_shape_nor_colour_are_passed_over() {
         error.contains("KHR_draco_mesh_compression") && error.contains("without compression"),
         "{error}"
     );
+}
+
+#[test]
+fn colours_of_material_and_vertices_are_multiplied_and_textures_go_on_as_samplers_say() {
+    let (mut json, _) = triangle();
+    json["samplers"] = json!([{"wrapS": 33648, "wrapT": 33071}]);
+    json["textures"][0]["sampler"] = 0.into();
+    json["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"] = json!([1.0, 0.5, 0.25, 1.0]);
+    // The positions as colours: red at the second vertex, green at the third.
+    json["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] = 0.into();
+    let part = read_with(&json, "art.png").unwrap().parts.remove(0);
+    assert_eq!((part.texture, part.wraps), (Some(0), [Wrap::Mirror, Wrap::Clamp]));
+    // Half of linear light is 188 in sRGB.
+    assert_eq!(part.colors, [[0, 0, 0], [255, 0, 0], [0, 188, 0]]);
+    // Without a place in its texture it has these colours alone.
+    let attributes = json["meshes"][0]["primitives"][0]["attributes"]
+        .as_object_mut()
+        .unwrap();
+    attributes.remove("TEXCOORD_0");
+    attributes.remove("COLOR_0");
+    let scan = read_with(&json, "art.png").unwrap();
+    assert_eq!(
+        (scan.parts[0].texture, scan.parts[0].colors.as_slice()),
+        (None, [[255, 188, 137]; 3].as_slice())
+    );
+    assert!(scan.notes[0].contains("took its colour"), "{:?}", scan.notes);
 }
 
 #[test]
@@ -164,8 +189,17 @@ fn colours_of_older_materials_are_read_and_what_has_no_place_in_a_texture_is_lef
     bare["attributes"].as_object_mut().unwrap().remove("TEXCOORD_0");
     primitives.extend([lines, bare]);
     let scan = read_with(&json, "art.png").unwrap();
-    assert_eq!((scan.parts.len(), scan.notes.len()), (1, 2), "{:?}", scan.notes);
+    assert_eq!((scan.parts.len(), scan.notes.len()), (2, 2), "{:?}", scan.notes);
     assert!(scan.notes[0].contains("triangles") && scan.notes[1].contains("texture coordinates"));
+    // The white of a material that says no colour; without a material there is none.
+    assert_eq!(scan.parts[1].colors, [[255; 3]; 3]);
+    json["meshes"][0]["primitives"][2]
+        .as_object_mut()
+        .unwrap()
+        .remove("material");
+    let scan = read_with(&json, "art.png").unwrap();
+    assert_eq!(scan.parts.len(), 1);
+    assert!(scan.notes[1].contains("left out"), "{:?}", scan.notes);
 }
 
 #[test]
@@ -214,14 +248,18 @@ fn indices_of_what_is_not_there_are_errors_and_no_panics() {
         "/accessors/0/count",
     ] {
         for number in [61_u64, u64::from(u32::MAX), u64::MAX] {
-            let error = refused(|json| {
-                let (above, field) = pointer.rsplit_once('/').unwrap();
-                match json.pointer_mut(above).unwrap() {
-                    Value::Array(list) => list[0] = number.into(),
-                    object => object[field] = number.into(),
-                }
-            });
-            assert!(!error.is_empty(), "{pointer} {number}");
+            let (mut json, _) = triangle();
+            let (above, field) = pointer.rsplit_once('/').unwrap();
+            match json.pointer_mut(above).unwrap() {
+                Value::Array(list) => list[0] = number.into(),
+                object => object[field] = number.into(),
+            }
+            // Of a texture it is a note.
+            let said = match read_with(&json, "art.png") {
+                Ok(scan) if pointer.contains("exture") => scan.notes.join(""),
+                read => read.unwrap_err().to_string(),
+            };
+            assert!(!said.is_empty(), "{pointer} {number}");
         }
     }
 }

@@ -5,6 +5,8 @@
 mod assembly;
 #[cfg(feature = "fs")]
 mod atomic;
+#[cfg(feature = "scan")]
+mod baking;
 mod camera;
 #[cfg(feature = "exif")]
 mod exif;
@@ -18,6 +20,8 @@ mod lock;
 mod npy;
 mod obj;
 mod picture;
+#[cfg(feature = "scan")]
+mod ply;
 #[cfg(feature = "scan")]
 mod scanned_obj;
 mod template;

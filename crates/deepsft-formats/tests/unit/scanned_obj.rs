@@ -42,8 +42,13 @@ fn a_texture_outside_of_the_folder_is_not_read_but_the_one_beside_the_scan_is() 
         "-s 1 1 1 /pictures/art.png",
         "C:\\pictures\\art.png",
     ] {
-        let error = read(&format!("newmtl paint\nmap_Kd {name}\n")).unwrap_err().to_string();
-        assert!(error.contains("its texture"), "{name}: {error}");
+        let without = read(&format!("newmtl paint\nmap_Kd {name}\n")).unwrap();
+        assert_eq!(without.parts[0].texture, None);
+        assert!(
+            without.notes.iter().any(|note| note.contains("its texture")),
+            "{name}: {:?}",
+            without.notes
+        );
         let beside = files(
             OBJ,
             &[("a.mtl", &format!("newmtl paint\nmap_Kd {name}\n")), ("art.png", "")],
@@ -90,6 +95,36 @@ fn material_files_may_be_missing_several_in_a_line_or_in_a_folder() {
     let bare = files(OBJ, &[]).unwrap();
     assert_eq!((bare.parts[0].texture, bare.notes.len()), (None, 1));
     assert!(bare.notes[0].contains("a.mtl"), "{:?}", bare.notes);
+}
+
+#[test]
+fn without_a_texture_the_colours_of_vertices_count_and_else_that_of_the_material() {
+    let mtl = "newmtl paint\nKd 0.2 0.4 1\nmap_Kd gone.png\n";
+    let scan = files(OBJ, &[("a.mtl", mtl)]).unwrap();
+    assert_eq!(
+        (scan.parts[0].texture, scan.parts[0].colors.as_slice()),
+        (None, [[51, 102, 255]; 3].as_slice())
+    );
+    assert!(scan.notes[0].contains("gone.png"), "{:?}", scan.notes);
+    let of_vertices = OBJ
+        .replace("v 0 0 0", "v 0 0 0 1 0 0")
+        .replace("v 1 0 0", "v 1 0 0 0 1 0")
+        .replace("v 0 1 0", "v 0 1 0 0 0 1");
+    let scan = files(&of_vertices, &[("a.mtl", mtl)]).unwrap();
+    assert_eq!(scan.parts[0].colors, [[255, 0, 0], [0, 255, 0], [0, 0, 255]]);
+    // Of 0 to 255, and faces without a place in the texture beside others that have one.
+    let of_bytes = of_vertices.replace("1 0 0\n", "255 0 0\n") + "f 1 2 3\n";
+    let scan = files(
+        &of_bytes,
+        &[("a.mtl", "newmtl paint\nmap_Kd art.png\n"), ("art.png", "")],
+    )
+    .unwrap();
+    let colors: Vec<_> = scan
+        .parts
+        .iter()
+        .map(|part| (part.texture, part.colors.first().copied()))
+        .collect();
+    assert_eq!(colors, [(Some(0), None), (None, Some([255, 0, 0]))]);
 }
 
 #[test]

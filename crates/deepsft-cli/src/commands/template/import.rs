@@ -6,7 +6,7 @@ use crate::output::turntable;
 use anyhow::Result;
 use clap::Args;
 use deepsft::template_to_files;
-use deepsft_formats::{ScannedTemplate, assemble_scan, read_scan_file};
+use deepsft_formats::{ScannedTemplate, TEXTURE_FILE, assemble_scan, read_scan_file};
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::{UnrolledSheet, unroll};
 use std::path::{Path, PathBuf};
@@ -15,11 +15,12 @@ use std::path::{Path, PathBuf};
 const LIKELY_MM: [f64; 2] = [20.0, 2000.0];
 
 pub const AFTER_HELP: &str = "\
-The command reads Wavefront OBJ with its MTL and textures, and glTF 2.0 (.glb, or .gltf with its files). It cuts polygons
-into triangles and puts the textures of several materials into one. What has no texture, crumbs beside the object and broken
-faces are left out, turned faces are turned back, and a texture whose path is of another disk is taken from beside the scan:
-notes tell. The file must have texture coordinates, and every place of the texture must be one place of the surface. The
-object should stand upright (y up) and look at the viewer (+z).
+The command reads Wavefront OBJ with its MTL and textures, PLY with a texture or with colours of its vertices, and glTF 2.0
+(.glb, or .gltf with its files). It cuts polygons into triangles and puts the textures of several materials into one. Where
+textures repeat, mirror or lie on several places of the surface, and where parts have colours without a texture, it lays the
+surface out anew and bakes the colours into a new texture: look at DIR/texture.png. What has neither texture nor colour, crumbs
+beside the object and broken faces are left out, turned faces are turned back, and a texture whose path is of another disk is
+taken from beside the scan: notes tell. The object should stand upright (y up) and look at the viewer (+z).
 
 Examples:
   deepsft template import shoe.glb --out shoe
@@ -31,13 +32,13 @@ sits where it should. With --sheet it writes DIR/template.json and DIR/texture.p
 
 #[derive(Args)]
 pub struct ImportArguments {
-    /// The scan: .obj, .glb or .gltf
+    /// The scan: .obj, .ply, .glb or .gltf
     #[arg(value_name = "SCAN")]
     scan: PathBuf,
     /// Folder to write; an older template there is replaced
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// Millimetres of the file's unit [default: 1 for OBJ, 1000 for glTF, which counts in metres]
+    /// Millimetres of the file's unit [default: 1 for OBJ and PLY, which do not say, 1000 for glTF, which counts in metres]
     #[arg(long, value_name = "MM", value_parser = positive)]
     scale: Option<f64>,
     /// Texture (PNG, JPEG, WebP, ...) of the whole object, in place of those the file names
@@ -58,11 +59,18 @@ pub fn run(arguments: &ImportArguments) -> Result<()> {
     let ScannedTemplate {
         template,
         topology,
+        is_baked,
         notes,
         ..
     } = read().blame("scan", &arguments.scan)?;
     for note in notes.iter().chain(size_warning(template.extent_mm()).as_ref()) {
         eprintln!("note: {note}");
+    }
+    if is_baked {
+        eprintln!(
+            "note: look at what was baked: {}",
+            arguments.out.join(TEXTURE_FILE).display()
+        );
     }
     let shape = match topology.genus() {
         Some(0) => "closed, without holes through it".to_owned(),
@@ -102,7 +110,9 @@ fn size_warning(extent: DVec3) -> Option<String> {
     let longest = extent.max_element();
     let [least, most] = LIKELY_MM;
     (longest < least || longest > most)
-        .then(|| format!("its longest side is {longest:.1} mm: is --scale (millimetres of the file's unit) right?"))
+        .then(|| format!(
+            "its longest side is {longest:.1} mm: is --scale (millimetres of the file's unit) right? 10 is for centimetres, 1000 for metres"
+        ))
 }
 
 #[cfg(test)]
