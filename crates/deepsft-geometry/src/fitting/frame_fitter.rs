@@ -7,7 +7,7 @@ use super::isometric_mesh::Stiffness;
 use super::low_modes::likeliest_shape;
 use super::measurements::measurements_of_mesh;
 use super::mesh_fitter::{FitRound, Fitted, MeshFitter, Resolution};
-use super::mode_hops::{best_of_mode_hops, is_promising};
+use super::mode_hops::{MIN_CORRELATION, best_of_mode_hops};
 use super::observation::Observation;
 use super::options::FitOptions;
 use super::reversed_pose::reversed_pose;
@@ -178,12 +178,12 @@ impl FrameFitter {
         let mut is_rigid = false;
         let mut close_ups = close_ups(image, camera, &surface, &fitter.print)?;
         if let Some(fitted) = fit_through(fitter, &close_ups, &surface, &[&reprojection, &depth])? {
-            // A fit that was too bad to be tried elsewhere says nothing of a print that looks like itself only when it is blurred.
-            let is_tried = is_promising(&surface.verdict);
+            // A fit that is so bad says nothing of a print that looks like itself only when it is blurred.
+            let is_clear = surface.verdict.correlation >= MIN_CORRELATION;
             let ambiguity = surface
                 .verdict
                 .ambiguity
-                .filter(|_| is_tried || self.is_alike_in_detail());
+                .filter(|_| is_clear || self.is_alike_in_detail());
             is_rigid = fitted.is_rigid;
             fitted.replace(&mut surface, ambiguity);
         }

@@ -12,7 +12,7 @@ const MAX_HOPS: usize = 3;
 
 /// Correlation, or explained fraction, from which a fit is worth trying elsewhere. A form that was filled in correlates badly with the empty
 /// one where it lies right, for the ink between its lines counts; but what is printed around is explained.
-const MIN_CORRELATION: f64 = 0.4;
+pub(super) const MIN_CORRELATION: f64 = 0.4;
 const MIN_EXPLAINED: f64 = 0.3;
 
 /// Mean distance of vertices within which two meshes are one, fractions of the print's longer side: less than half of the
@@ -76,7 +76,7 @@ pub(super) fn best_of_mode_hops<'a>(
 }
 
 /// Whether a fit is worth trying elsewhere.
-pub(super) fn is_promising(verdict: &Verdict) -> bool {
+fn is_promising(verdict: &Verdict) -> bool {
     verdict.correlation >= MIN_CORRELATION || verdict.explained >= MIN_EXPLAINED
 }
 
