@@ -220,7 +220,12 @@ export class DeepSft {
   async addScan(input, { widthMm, mmPerUnit, name } = {}) {
     const scan = input instanceof Scan ? input : await this.readScan(input, { mmPerUnit });
     name ??= scan.name;
-    if (scan.sheet) return this.addPicture(scan.sheet.picture, { widthMm: widthMm ?? scan.sheet.widthMm, name });
+    if (scan.sheet) {
+      const { picture, widthMm: scannedMm, heightMm } = scan.sheet;
+      // Its pixels say the height only as far as they are whole.
+      const scale = (widthMm ?? scannedMm) / scannedMm;
+      return this.addPicture(picture, { widthMm: scale * scannedMm, heightMm: scale * heightMm, name });
+    }
     if (widthMm !== undefined)
       throw unusable(`${scan.name} has no width when it is laid flat, for it has a volume (${scan.refusal}): give mmPerUnit instead.`);
     return this.#addTarget("template", name, { kind: "scan", files: scan.files, mmPerUnit: scan.mmPerUnit });

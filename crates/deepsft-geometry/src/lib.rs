@@ -34,6 +34,7 @@ mod maps;
 mod mesh;
 mod print_shading;
 mod recovery;
+mod sheet_sides;
 pub mod solver;
 mod surface;
 mod template_error;

@@ -1,8 +1,9 @@
 //! A scanned sheet laid flat.
 
 use crate::error::GeometryError;
-use crate::image::{MipLevel, Picture};
+use crate::image::{MipLevel, Picture, luma};
 use crate::mesh::{SurfaceLocator, Template, Topology, TriangleMesh, Welding};
+use crate::sheet_sides::sheet_sides;
 use crate::solver::cholesky::SparseCholesky;
 use crate::template_error::TemplateError;
 use glam::{DMat2, DVec2, DVec3};
@@ -17,6 +18,16 @@ const MAX_STRETCH: f64 = 0.04;
 
 /// Least fraction of its rectangle that a sheet fills: round corners and frayed borders leave more.
 const MIN_FILLED: f64 = 0.9;
+
+/// How far the sides of a sheet are apart, a fraction of its shorter side: of a bank card 0.014.
+const MAX_THICKNESS: f64 = 0.02;
+
+/// Two sides have the same detail when the lesser has more than this fraction of the other's.
+const ALIKE: f64 = 0.9;
+
+/// Places along a side at which detail is measured, and the part of it at each end that may show the rim.
+const DETAIL_PX: usize = 256;
+const MARGIN: f64 = 0.05;
 
 /// Longest side of the flat picture, pixels: finer detail than a camera sees at any distance.
 const LONGEST_SIDE: f64 = 2000.0;
@@ -83,6 +94,8 @@ pub struct UnrolledSheet {
     pub template: Template,
     /// Mean stretch or compression of the faces, a fraction: 0 for anything that paper can be bent to.
     pub stretch: f64,
+    /// How far its back is away, mm, which the scan has too and which was left out.
+    pub back_mm: Option<f64>,
 }
 
 /// Flattens a scanned sheet: a bent sheet of paper, a label or a curved plate as it was before. Such a surface can be
@@ -91,6 +104,9 @@ pub struct UnrolledSheet {
 /// The flat layout is the least-squares conformal map (Levy, Petitjean, Ray and Maillot 2002), which for a surface that unrolls without
 /// stretching is its unrolling. Its rectangle is the smallest around it; the side that is up in the template frame is up in the picture,
 /// and of a sheet that lies on the ground the far side.
+///
+/// Of a sheet that was scanned from both sides, two layers or a thin closed body, the side with more detail is taken; of two alike the one with
+/// more texture.
 ///
 /// # Errors
 /// * [`UnrollError::Faces`] above 200,000 faces, [`UnrollError::Pieces`] for a surface in pieces.
@@ -105,6 +121,72 @@ pub fn unroll(template: &Template) -> Result<UnrolledSheet, UnrollError> {
             most: MAX_FACES,
         });
     }
+    let welding = Welding::of(template.mesh())?;
+    match side_with_more(template, &welding) {
+        Some(sheet) => Ok(sheet),
+        None => unroll_side(template, &welding),
+    }
+}
+
+/// The more detailed side of a sheet that has both, laid flat.
+fn side_with_more(template: &Template, welding: &Welding) -> Option<UnrolledSheet> {
+    let (sides, distance) = sheet_sides(welding.mesh())?;
+    let unrolled = sides.map(|faces| {
+        let side = Template::of_mesh(part_of(template.mesh(), &faces).ok()?, template.texture().clone()).ok()?;
+        let sheet = unroll_side(&side, &Welding::of(side.mesh()).ok()?).ok()?;
+        (distance < MAX_THICKNESS * sheet.template.size_mm().min_element()).then_some(sheet)
+    });
+    let [one, other] = unrolled;
+    let sheet = match (one, other) {
+        (Some(one), Some(other)) => {
+            let of = |sheet: &UnrolledSheet| (detail(sheet.template.texture()), sheet.template.texture().size().area());
+            let ((detail, texels), (detail_there, texels_there)) = (of(&one), of(&other));
+            let are_alike = detail.min(detail_there) > ALIKE * detail.max(detail_there);
+            let is_first = if are_alike {
+                texels >= texels_there
+            } else {
+                detail > detail_there
+            };
+            if is_first { one } else { other }
+        }
+        (one, other) => one.or(other)?,
+    };
+    Some(UnrolledSheet {
+        back_mm: Some(distance),
+        ..sheet
+    })
+}
+
+/// The faces of a mesh with their vertices.
+fn part_of(mesh: &TriangleMesh, faces: &[usize]) -> Result<TriangleMesh, TemplateError> {
+    let mut vertices: Vec<usize> = faces.iter().flat_map(|&face| mesh.faces()[face]).collect();
+    vertices.sort_unstable();
+    vertices.dedup();
+    let renamed = |v: usize| vertices.partition_point(|&kept| kept < v);
+    TriangleMesh::new(
+        vertices.iter().map(|&v| mesh.vertices()[v]).collect(),
+        vertices.iter().map(|&v| mesh.texture_coordinates()[v]).collect(),
+        faces.iter().map(|&face| mesh.faces()[face].map(renamed)).collect(),
+    )
+}
+
+/// Mean difference of neighbouring pixels at about the same resolution of both pictures.
+fn detail(picture: &Picture) -> f64 {
+    let side = picture.width().min(picture.height()).max(1);
+    let small = MipLevel::halved(picture.clone(), (side / DETAIL_PX).max(1).ilog2());
+    let grey = |x: usize, y: usize| {
+        let at = DVec2::new(x as f64 + 0.5, y as f64 + 0.5) / DETAIL_PX as f64;
+        let at = DVec2::splat(MARGIN) + (1.0 - 2.0 * MARGIN) * at;
+        f64::from(luma(small.sample(at).map(|value| value.round() as u8)))
+    };
+    let places = (0..DETAIL_PX - 1).flat_map(|y| (0..DETAIL_PX - 1).map(move |x| (x, y)));
+    let sum: f64 = places
+        .map(|(x, y)| (grey(x + 1, y) - grey(x, y)).abs() + (grey(x, y + 1) - grey(x, y)).abs())
+        .sum();
+    sum / (DETAIL_PX * DETAIL_PX) as f64
+}
+
+fn unroll_side(template: &Template, welding: &Welding) -> Result<UnrolledSheet, UnrollError> {
     let topology = Topology::of(template.mesh())?;
     if topology.border_edges == 0 {
         return Err(UnrollError::WithoutBorder);
@@ -114,7 +196,6 @@ pub fn unroll(template: &Template) -> Result<UnrolledSheet, UnrollError> {
             actual: topology.pieces,
         });
     }
-    let welding = Welding::of(template.mesh())?;
     let (flat, stretch) = flat_layout(welding.mesh())?;
     if stretch > MAX_STRETCH {
         return Err(UnrollError::Stretch {
@@ -130,10 +211,11 @@ pub fn unroll(template: &Template) -> Result<UnrolledSheet, UnrollError> {
             min_percent: 100.0 * MIN_FILLED,
         });
     }
-    let picture = flat_picture(template, &welding, &flat, size)?;
+    let picture = flat_picture(template, welding, &flat, size)?;
     Ok(UnrolledSheet {
         template: Template::thin_shell(picture, size.x, size.y)?,
         stretch,
+        back_mm: None,
     })
 }
 

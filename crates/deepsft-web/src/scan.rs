@@ -32,7 +32,7 @@ const PICTURES: [&str; 11] = [
 /// `code` is `target-unusable`, `model-load` or `internal`.
 #[wasm_bindgen(
     js_name = readScan,
-    unchecked_return_type = "Promise<{ name: string, mmPerUnit: number, vertices: Float32Array, mesh: { faces: Uint32Array, textureCoordinates: Float32Array }, texture: { width: number, height: number, rgba: Uint8ClampedArray<ArrayBuffer> }, sheet: { sizeMm: [number, number], picture: { width: number, height: number, rgba: Uint8ClampedArray<ArrayBuffer> } } | null, refusal: string | null, notes: string[] }>"
+    unchecked_return_type = "Promise<{ name: string, mmPerUnit: number, vertices: Float32Array, mesh: { faces: Uint32Array, textureCoordinates: Float32Array }, texture: { width: number, height: number, rgba: Uint8ClampedArray<ArrayBuffer> }, sheet: { sizeMm: [number, number], backMm: number | null, picture: { width: number, height: number, rgba: Uint8ClampedArray<ArrayBuffer> } } | null, refusal: string | null, notes: string[] }>"
 )]
 pub fn read_scan(
     #[wasm_bindgen(unchecked_param_type = "Iterable<[string, Uint8Array]>")] files: JsValue,
@@ -44,12 +44,17 @@ pub fn read_scan(
         let (name, scanned, mm_per_unit) = scanned_template(&files, mm_per_unit, &decode).await?;
         let template = scanned.template;
         let (sheet, refusal) = match unroll(&template) {
-            Ok(UnrolledSheet { template, .. }) => {
+            Ok(UnrolledSheet { template, back_mm, .. }) => {
                 let size = template.size_mm();
                 let size = Array::of2(&size.x.into(), &size.y.into());
                 let picture = picture_object(template.texture());
                 (
-                    object([("sizeMm", size.into()), ("picture", picture.into())]).into(),
+                    object([
+                        ("sizeMm", size.into()),
+                        ("backMm", back_mm.map_or(JsValue::NULL, JsValue::from)),
+                        ("picture", picture.into()),
+                    ])
+                    .into(),
                     JsValue::NULL,
                 )
             }

@@ -15,6 +15,7 @@ const PREVIEW_LENGTH = 2 * 64;
 const LIKELY_MM = [40, 2000];
 
 const SHEET_WORDS = "This is a sheet: it will be found, followed and measured, however it bends. Below it is laid flat.";
+const BACK_WORDS = " It was scanned from both sides: the one with more on it was taken.";
 const VOLUME_WORDS =
   "This page follows sheets: paper, labels, plates, however bent. What has a volume is followed by programs: on the command line, and by " +
   "sft.addScan in pages.";
@@ -60,7 +61,7 @@ export class ScanEditor {
     this.#root.dataset.state = scan.sheet ? "sheet" : "volume";
     part("#scan-name").textContent = scan.name;
     const reason = scan.refusal ? ` ${sentence(scan.refusal)}` : "";
-    part("#scan-verdict").textContent = scan.sheet ? SHEET_WORDS : `${VOLUME_WORDS}${reason}`;
+    part("#scan-verdict").textContent = scan.sheet ? `${SHEET_WORDS}${scan.sheet.backMm === null ? "" : BACK_WORDS}` : `${VOLUME_WORDS}${reason}`;
     this.#sayBox(1);
     if (scan.sheet) {
       this.#take(scan.sheet.widthMm);

@@ -25,7 +25,7 @@ import { unzipped } from "./zip.js";
  * @property {Float32Array} vertices
  * @property {MeshTopology} mesh
  * @property {RawPicture} texture
- * @property {{ sizeMm: [number, number], picture: RawPicture } | null} sheet
+ * @property {{ sizeMm: [number, number], backMm: number | null, picture: RawPicture } | null} sheet
  * @property {string | null} refusal
  * @property {string[]} notes
  */
@@ -52,11 +52,12 @@ export class Scan {
     /** Its texture. */
     this.texture = pictureOf(texture);
     /**
-     * The flat sheet that it unrolls to: what is looked for. Null of an object with a volume.
+     * The flat sheet that it unrolls to: what is looked for. `backMm` is how far its back is away, which the scan has too and which was
+     * left out, or null. Null of an object with a volume.
      *
-     * @type {{ picture: ImageData, widthMm: number, heightMm: number } | null}
+     * @type {{ picture: ImageData, widthMm: number, heightMm: number, backMm: number | null } | null}
      */
-    this.sheet = sheet && { picture: pictureOf(sheet.picture), widthMm: sheet.sizeMm[0], heightMm: sheet.sizeMm[1] };
+    this.sheet = sheet && { picture: pictureOf(sheet.picture), widthMm: sheet.sizeMm[0], heightMm: sheet.sizeMm[1], backMm: sheet.backMm };
     /** Why it is no sheet but an object with a volume, for people; null of a sheet. */
     this.refusal = refusal;
     /** What was put right, left out or made anew, for people. */

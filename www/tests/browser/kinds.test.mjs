@@ -20,7 +20,7 @@ test("each kind of file is read, or refused with file, cause and remedy", { time
         async ([is, given]) => {
           const files = given.map(([name, base64]) => new File([Uint8Array.from(atob(base64), (c) => c.charCodeAt(0))], name));
           try {
-            const target = await (is === "scan" ? sft.addScan(files) : sft.addPicture(files[0], { widthMm: 40 }));
+            const target = await (is === "picture" ? sft.addPicture(files[0], { widthMm: 40 }) : sft.addScan(files));
             sft.removeTarget(target);
             return `read: ${target.kind}, ${target.widthMm.toFixed(3)} x ${target.heightMm.toFixed(3)}`;
           } catch (error) {

@@ -13,6 +13,7 @@ export type RawScan = {
     texture: RawPicture;
     sheet: {
         sizeMm: [number, number];
+        backMm: number | null;
         picture: RawPicture;
     } | null;
     refusal: string | null;
@@ -34,7 +35,7 @@ export type RawScan = {
  * @property {Float32Array} vertices
  * @property {MeshTopology} mesh
  * @property {RawPicture} texture
- * @property {{ sizeMm: [number, number], picture: RawPicture } | null} sheet
+ * @property {{ sizeMm: [number, number], backMm: number | null, picture: RawPicture } | null} sheet
  * @property {string | null} refusal
  */
 /** A scan. `DeepSft` reads it. */
@@ -54,14 +55,16 @@ export declare class Scan {
     /** Its texture. */
     texture: ImageData;
     /**
-     * The flat sheet that it unrolls to: what is looked for. Null of an object with a volume.
+     * The flat sheet that it unrolls to: what is looked for. `backMm` is how far its back is away, which the scan has too and which was
+     * left out, or null. Null of an object with a volume.
      *
-     * @type {{ picture: ImageData, widthMm: number, heightMm: number } | null}
+     * @type {{ picture: ImageData, widthMm: number, heightMm: number, backMm: number | null } | null}
      */
     sheet: {
         picture: ImageData;
         widthMm: number;
         heightMm: number;
+        backMm: number | null;
     } | null;
     /** Why it is no sheet but an object with a volume, for people; null of a sheet. */
     refusal: string | null;

@@ -33,6 +33,7 @@ fn command(kind: &str) -> &str {
     match kind {
         "picture" => "template new --size-mm 40x30 --out sheet --image",
         "scan" => "template import --out scan",
+        "sheet" => "template import --sheet --out sheet",
         "camera" => "camera import --out read.json",
         "board" => "camera calibrate --checkerboard --out c.json",
         "video" => "track --picture print.png --size-mm 40x30 --out track",

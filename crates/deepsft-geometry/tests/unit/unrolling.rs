@@ -190,3 +190,125 @@ fn what_is_no_sheet_is_refused_by_what_is_wrong_with_it() {
     let apart = of_faces(&[[a, c, b], [a + d, c + d, b + d]]);
     assert_eq!(unroll(&apart).unwrap_err(), UnrollError::Pieces { actual: 2 });
 }
+
+/// The sheet rolled by 190 degrees and scanned from both sides: its front is the upper half of the texture, its back the lower. With `rim` steps
+/// around its border it is closed.
+fn two_sided(thickness: f64, rim: usize, texture: Picture) -> Template {
+    let front = scanned(|place| rolled(place, 60.0), |place| place * DVec2::new(1.0, 0.45));
+    let (columns, rows) = (41, 25);
+    let inside = |place: DVec2, depth: f64| {
+        let turn = (place.x - 0.5) * SIZE.x / 60.0;
+        let radius = 60.0 - depth;
+        DVec3::new(radius * turn.sin(), (place.y - 0.5) * SIZE.y, -radius * turn.cos())
+    };
+    let place = |i: usize| {
+        DVec2::new(
+            (i % columns) as f64 / (columns - 1) as f64,
+            (i / columns) as f64 / (rows - 1) as f64,
+        )
+    };
+    let count = columns * rows;
+    let mut vertices = front.mesh().vertices().to_vec();
+    let mut uv = front.mesh().texture_coordinates().to_vec();
+    let mut faces = front.mesh().faces().to_vec();
+    vertices.extend((0..count).map(|i| inside(place(i), thickness)));
+    uv.extend((0..count).map(|i| place(i) * DVec2::new(1.0, 0.45) + DVec2::new(0.0, 0.5)));
+    faces.extend(
+        front
+            .mesh()
+            .faces()
+            .iter()
+            .map(|&[a, b, c]| [a + count, c + count, b + count]),
+    );
+    // As the border of the front runs: down on the left, to the right below, up, and back.
+    let border: Vec<usize> = ((0..rows - 1).map(|row| row * columns))
+        .chain((0..columns - 1).map(|column| (rows - 1) * columns + column))
+        .chain((1..rows).rev().map(|row| row * columns + columns - 1))
+        .chain((1..columns).rev())
+        .collect();
+    for step in 0..=rim {
+        let angle = PI * step as f64 / rim.max(1) as f64;
+        for &i in &border {
+            let outwards = (place(i) - 0.5).map(|side| if side.abs() == 0.5 { side.signum() } else { 0.0 });
+            let at = place(i) + outwards * thickness / 2.0 * angle.sin().max(0.0) / SIZE;
+            // The first and last ring are seams: the same place to the bit.
+            let at = if step == 0 || step == rim { place(i) } else { at };
+            vertices.push(match step {
+                0 => vertices[i],
+                _ if step == rim => vertices[i + count],
+                _ => inside(at, thickness / 2.0 * (1.0 - angle.cos())),
+            });
+            uv.push(DVec2::new(0.5, 0.98));
+        }
+    }
+    for ring in 0..rim {
+        let first = 2 * count + ring * border.len();
+        for k in 0..border.len() {
+            let [a, b] = [k, (k + 1) % border.len()].map(|k| first + k);
+            let [below_a, below_b] = [a, b].map(|v| v + border.len());
+            faces.extend([[b, a, below_a], [b, below_a, below_b]]);
+        }
+    }
+    if rim == 0 {
+        vertices.truncate(2 * count);
+        uv.truncate(2 * count);
+    }
+    Template::of_mesh(TriangleMesh::new(vertices, uv, faces).unwrap(), texture).unwrap()
+}
+
+/// Four colours in stripes on the front, or on the back as it is seen through the front, and something else on the other side.
+fn printed(is_front: bool, other: impl Fn(usize, usize) -> [u8; 3]) -> Picture {
+    let art = four_colours();
+    Picture::from_fn(400, 480, |x, y| {
+        let row = (if y < 240 { y } else { y - 240 }) * 10 / 9;
+        match (y < 240) == is_front {
+            true => art.pixel(x, row.min(239)),
+            false => other(x, y),
+        }
+    })
+}
+
+#[test]
+fn of_a_sheet_scanned_from_both_sides_the_printed_side_is_taken() {
+    // Two layers, a card with a sharp rim, and one with a round rim.
+    for (thickness, rim) in [(0.2, 0), (1.0, 1), (1.5, 8)] {
+        let sheet = unroll(&two_sided(thickness, rim, printed(true, |_, _| [240; 3])));
+        let sheet = sheet.unwrap_or_else(|error| panic!("{thickness} mm, {rim} steps: {error}"));
+        let back = sheet.back_mm.unwrap();
+        assert!((back - thickness).abs() < 0.1, "{back} mm of {thickness}");
+        assert_is_the_sheet(&sheet, 0.01);
+        // On the inside of the roll the print is mirrored, and the sheet shorter.
+        let inside = unroll(&two_sided(thickness, rim, printed(false, |_, _| [240; 3]))).unwrap();
+        assert_eq!(colour_at(&inside, 0.25, 0.25), [30, 200, 30]);
+        assert_eq!(colour_at(&inside, 0.25, 0.75), [220, 220, 30]);
+    }
+}
+
+#[test]
+fn of_two_sides_with_the_same_on_them_that_with_more_texture_is_taken() {
+    let checks = |x: usize, y: usize| if (x / 20 + y / 20) % 2 == 0 { [250; 3] } else { [10; 3] };
+    // The back has few texels: its chart is a tenth as wide.
+    let both = Picture::from_fn(400, 480, |x, y| checks(x, y));
+    let template = two_sided(1.0, 1, both);
+    let mesh = template.mesh();
+    let is_back = |i: &usize| (41 * 25..2 * 41 * 25).contains(i);
+    let narrow = (0..mesh.vertices().len()).map(|i| {
+        let uv = mesh.texture_coordinates()[i];
+        if is_back(&i) { DVec2::new(0.8 * uv.x, uv.y) } else { uv }
+    });
+    let mesh = TriangleMesh::new(mesh.vertices().to_vec(), narrow.collect(), mesh.faces().to_vec()).unwrap();
+    let sheet = unroll(&Template::of_mesh(mesh, template.texture().clone()).unwrap()).unwrap();
+    assert!(sheet.back_mm.is_some());
+    // The front, whose arc is the longer one.
+    assert!(
+        (sheet.template.size_mm().x - SIZE.x).abs() < 0.5,
+        "{}",
+        sheet.template.size_mm()
+    );
+}
+
+#[test]
+fn what_is_thicker_than_a_sheet_is_no_sheet() {
+    let slab = unroll(&two_sided(4.0, 1, printed(true, |_, _| [240; 3])));
+    assert_eq!(slab.unwrap_err(), UnrollError::WithoutBorder);
+}

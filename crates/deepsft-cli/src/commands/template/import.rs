@@ -44,7 +44,8 @@ pub struct ImportArguments {
     /// Texture (PNG, JPEG, WebP, ...) of the whole object, in place of those the file names
     #[arg(long, value_name = "FILE")]
     texture: Option<PathBuf>,
-    /// Lay the scan of a bent sheet, label or plate flat, and write the template of that sheet: it is found without training
+    /// Lay the scan of a bent sheet, label or plate flat, and write the template of that sheet: it is found without training. Of a sheet
+    /// scanned from both sides the printed one is taken
     #[arg(long)]
     sheet: bool,
 }
@@ -90,7 +91,17 @@ pub fn run(arguments: &ImportArguments) -> Result<()> {
     turntable::write_template(&arguments.out, &template)
 }
 
-fn write_sheet(out: &Path, UnrolledSheet { template, stretch }: &UnrolledSheet) -> Result<()> {
+fn write_sheet(out: &Path, sheet: &UnrolledSheet) -> Result<()> {
+    let UnrolledSheet {
+        template,
+        stretch,
+        back_mm,
+    } = sheet;
+    if let Some(mm) = back_mm {
+        eprintln!(
+            "note: it has two sides, {mm:.1} mm apart: the one with more on it was taken, and the other left out"
+        );
+    }
     deepsft_formats::write_folder(
         out,
         &deepsft_formats::FolderKind::TEMPLATE,
