@@ -165,8 +165,8 @@ export declare class DeepSft {
      * volume does not.
      *
      * @param {ScanInput} input
-     * @param {{ mmPerUnit?: number }} [options] millimetres of the file's unit; default 1000 for glTF, which counts in metres, and 1 for OBJ,
-     *   which does not say
+     * @param {{ mmPerUnit?: number }} [options] millimetres of the file's unit; default 1000 for glTF, which counts in metres, and 1 for OBJ and PLY,
+     *   which do not say
      * @returns {Promise<Scan>}
      * @throws {DeepSftError} `model-load`, `target-unusable`, `closed`
      */

@@ -17,11 +17,12 @@ export type RawScan = {
         picture: RawPicture;
     } | null;
     refusal: string | null;
+    notes: string[];
 };
 /** @import { MeshTopology } from "../engine/engine-worker.js" */
 /**
  * The files of a scan: the address of a `.glb` or `.zip`, one file, several as a file input gives them, or the files by name. A `.glb` is
- * one file, a `.zip` holds all. A `.obj` comes with its `.mtl` and pictures, or with one picture; a `.gltf` with what it names.
+ * one file, a `.zip` holds all. A `.obj` comes with its `.mtl` and pictures, or with one picture; a `.gltf` and a `.ply` with what they name.
  *
  * @typedef {string | URL | File | Iterable<File> | Map<string, Uint8Array>} ScanInput
  */
@@ -37,6 +38,7 @@ export type RawScan = {
  * @property {RawPicture} texture
  * @property {{ sizeMm: [number, number], backMm: number | null, picture: RawPicture } | null} sheet
  * @property {string | null} refusal
+ * @property {string[]} notes
  */
 /** A scan. `DeepSft` reads it. */
 export declare class Scan {
@@ -68,11 +70,13 @@ export declare class Scan {
     } | null;
     /** Why it is no sheet but an object with a volume, for people; null of a sheet. */
     refusal: string | null;
+    /** What was put right, left out or made anew, for people. */
+    notes: string[];
     /**
      * @param {RawScan} raw
      * @param {Map<string, Uint8Array>} files
      */
-    constructor({ name, mmPerUnit, vertices, mesh, texture, sheet, refusal }: RawScan, files: Map<string, Uint8Array>);
+    constructor({ name, mmPerUnit, vertices, mesh, texture, sheet, refusal, notes }: RawScan, files: Map<string, Uint8Array>);
     /** Sides of the box around it, mm: width, height and depth. @returns {[number, number, number]} */
     get sizeMm(): [number, number, number];
 }
