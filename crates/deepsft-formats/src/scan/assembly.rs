@@ -14,9 +14,6 @@ const ROUNDING: f64 = 1e-4;
 /// The least that a colour is to count as white: it changes nothing of a texture.
 const NEARLY_WHITE: u8 = 250;
 
-/// Fraction of the surface that may be mirrored in the texture when the rest is not: rounding of slivers.
-const MIRRORED: f64 = 0.02;
-
 /// Area of a face in its texture, texels, below which it is one point of it or a line.
 const POINT: f64 = 1e-4;
 
@@ -162,27 +159,17 @@ fn unplain(surface: &Surface, textures: &[Picture]) -> Option<String> {
     if (surface.vertices.iter()).any(|at| at.color.iter().any(|&part| part < NEARLY_WHITE)) {
         return Some("its textures are coloured by its materials or vertices".to_owned());
     }
-    let (mut upright, mut mirrored, mut points) = (0.0, 0.0, 0.0);
+    let (mut whole, mut points) = (0.0, 0.0);
     for face in 0..surface.faces.len() {
         let texture = surface
             .texture_of(&surface.corners(face)[0])
             .and_then(|number| textures.get(number));
         let texels = surface.texture_area(face) * texture.map_or(1, |texture| texture.size().area()) as f64 / 2.0;
         let area = surface.normal(face).length();
-        match texels {
-            texels if texels < -POINT => upright += area,
-            texels if texels > POINT => mirrored += area,
-            _ => points += area,
-        }
+        whole += area;
+        points += if texels.abs() > POINT { 0.0 } else { area };
     }
-    let whole = upright + mirrored + points;
-    let percent = |part: f64| format!("{:.0} %", 100.0 * part / whole);
-    if points > POINTS * whole {
-        return Some(format!(
-            "{} of it are points or lines in its texture, as of a palette",
-            percent(points)
-        ));
-    }
-    (f64::min(upright, mirrored) > MIRRORED * whole)
-        .then(|| format!("{} of it is mirrored in its texture", percent(mirrored)))
+    let percent = 100.0 * points / whole;
+    (points > POINTS * whole)
+        .then(|| format!("{percent:.0} % of it are points or lines in its texture, as of a palette"))
 }
