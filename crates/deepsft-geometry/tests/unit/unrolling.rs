@@ -286,9 +286,15 @@ fn of_a_sheet_scanned_from_both_sides_the_printed_side_is_taken() {
 
 #[test]
 fn of_two_sides_with_the_same_on_them_that_with_more_texture_is_taken() {
-    let checks = |x: usize, y: usize| if (x / 20 + y / 20) % 2 == 0 { [250; 3] } else { [10; 3] };
+    let checks = |x: usize, y: usize| {
+        if (x / 20 + y / 20).is_multiple_of(2) {
+            [250; 3]
+        } else {
+            [10; 3]
+        }
+    };
     // The back has few texels: its chart is a tenth as wide.
-    let both = Picture::from_fn(400, 480, |x, y| checks(x, y));
+    let both = Picture::from_fn(400, 480, checks);
     let template = two_sided(1.0, 1, both);
     let mesh = template.mesh();
     let is_back = |i: &usize| (41 * 25..2 * 41 * 25).contains(i);
