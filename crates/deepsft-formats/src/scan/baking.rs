@@ -2,7 +2,8 @@
 
 use super::atlas::{LONGEST_SIDE, pack_rectangles};
 use super::charts::{Chart, charts, rows_within};
-use super::surface::{Paint, Surface, Vertex, bits};
+use super::mending::bits;
+use super::surface::{Paint, Surface, Vertex};
 use super::{Wrap, refused};
 use crate::error::FormatError;
 use deepsft_geometry::glam::{DVec2, DVec3};

@@ -98,7 +98,7 @@ pub(super) fn charts(surface: &Surface, texels: impl Fn(usize) -> DVec2) -> Vec<
         charts.extend(growth.chart(seed, &beside, place));
     }
 
-    let points = points(&surface.vertices);
+    let points = points(&surface.positions());
     let on_points: Vec<[usize; 3]> = surface.faces.iter().map(|face| face.map(|v| points[v])).collect();
     let beside = neighbours(&on_points);
     let mut by_area: Vec<usize> = (0..count).filter(|&face| !growth.is_laid[face]).collect();

@@ -1,7 +1,7 @@
 //! What programs that scan leave wrong in a mesh: faces turned over, crumbs beside the object.
 
-use super::surface::{Vertex, bits};
 use deepsft_geometry::DisjointSets;
+use deepsft_geometry::glam::DVec3;
 use std::collections::HashMap;
 
 /// Fraction of the whole area below which a piece is a crumb.
@@ -23,8 +23,8 @@ pub(super) struct Mended {
 
 /// Turns over what has its front on another side than most of its piece, and leaves out pieces that are small beside the whole and faces
 /// at which a twisted band meets its own back.
-pub(super) fn mended(vertices: &[Vertex], faces: &[[usize; 3]]) -> Mended {
-    let points = points(vertices);
+pub(super) fn mended(positions: &[DVec3], faces: &[[usize; 3]]) -> Mended {
+    let points = points(positions);
     let on_points: Vec<[usize; 3]> = faces.iter().map(|face| face.map(|v| points[v])).collect();
     let mut pieces = DisjointSets::new(faces.len());
     // Of each face those beyond its edges, and whether they lie the other way.
@@ -38,7 +38,7 @@ pub(super) fn mended(vertices: &[Vertex], faces: &[[usize; 3]]) -> Mended {
         }
     }
     let area = |[a, b, c]: [usize; 3]| {
-        let [a, b, c] = [a, b, c].map(|v| vertices[v].position);
+        let [a, b, c] = [a, b, c].map(|v| positions[v]);
         (b - a).cross(c - a).length()
     };
     let (mut is_turned, mut is_reached) = (vec![false; faces.len()], vec![false; faces.len()]);
@@ -119,13 +119,19 @@ pub(super) fn mended(vertices: &[Vertex], faces: &[[usize; 3]]) -> Mended {
 }
 
 /// The points at which vertices are: those of seams are one point.
-pub(super) fn points(vertices: &[Vertex]) -> Vec<usize> {
+pub(super) fn points(positions: &[DVec3]) -> Vec<usize> {
     let mut points = HashMap::new();
-    let mut point = |at: &Vertex| {
+    let mut point = |at: &DVec3| {
         let count = points.len();
-        *points.entry(bits(at.position)).or_insert(count)
+        *points.entry(bits(*at)).or_insert(count)
     };
-    vertices.iter().map(&mut point).collect()
+    positions.iter().map(&mut point).collect()
+}
+
+/// Numbers by which equal positions are known.
+pub(super) fn bits(p: DVec3) -> [u64; 3] {
+    // Adding 0 makes one of 0 and -0.
+    p.to_array().map(|number| (number + 0.0).to_bits())
 }
 
 /// A side of a face.

@@ -1,6 +1,6 @@
 //! The parts of a scan as one surface: welded, mended, in our axes.
 
-use super::mending::{Mended, mended};
+use super::mending::{Mended, bits, mended};
 use super::{ScanPart, Wrap, refused};
 use crate::error::FormatError;
 use deepsft_geometry::glam::{DVec2, DVec3};
@@ -83,7 +83,7 @@ impl Surface {
             turned,
             crumbs,
             torn,
-        } = mended(&raw.vertices, &raw.faces);
+        } = mended(&raw.positions(), &raw.faces);
         note(
             turned,
             "faces had their fronts on the other side than those around them and were turned",
@@ -133,8 +133,12 @@ impl Surface {
 
     /// Its mesh with other texture coordinates.
     pub(super) fn mesh(&self, texture_coordinates: Vec<DVec2>) -> Result<TriangleMesh, TemplateError> {
-        let vertices = self.vertices.iter().map(|at| at.position).collect();
-        TriangleMesh::new(vertices, texture_coordinates, self.faces.clone())
+        TriangleMesh::new(self.positions(), texture_coordinates, self.faces.clone())
+    }
+
+    /// Positions of its vertices.
+    pub(super) fn positions(&self) -> Vec<DVec3> {
+        self.vertices.iter().map(|at| at.position).collect()
     }
 
     fn paint(&mut self, part: &ScanPart) -> usize {
@@ -207,10 +211,4 @@ impl Surface {
         }
         Ok(is_inside)
     }
-}
-
-/// Numbers by which equal positions are known.
-pub(super) fn bits(p: DVec3) -> [u64; 3] {
-    // Adding 0 makes one of 0 and -0.
-    p.to_array().map(|number| (number + 0.0).to_bits())
 }
