@@ -3,8 +3,8 @@
 import { unusable } from "./target-source.js";
 
 /** Files that scans are made of, and what macOS adds to archives. */
-const PARTS = /\.(obj|mtl|glb|gltf|bin|png|jpe?g|webp|avif|gif|bmp|hei[cf]|tiff?)$/i;
-const SCANS = /\.(obj|glb|gltf)$/i;
+const PARTS = /\.(obj|ply|mtl|glb|gltf|bin|png|jpe?g|webp|avif|gif|bmp|hei[cf]|tiff?)$/i;
+const SCANS = /\.(obj|ply|glb|gltf)$/i;
 const ADDED = /(^|\/)(__MACOSX\/|\._)/;
 
 /** Most bytes of all files together, unpacked. */
