@@ -27,6 +27,9 @@ const WRONG_MESH: f64 = 1.6;
 /// Energy up to which a mesh explains its image, whatever the others do. On synthetic clips right ones have 60 and more.
 const RIGHT_MESH: f64 = 50.0;
 
+/// So many of the newest views whose meshes are all wrong were taken through another lens.
+const OTHER_LENS_VIEWS: usize = 3;
+
 /// Views for whose pixels room is made with the first: made one by one, it would grow the memory of a page that has long been at work.
 const RESERVED_VIEWS: usize = 12;
 
@@ -109,6 +112,9 @@ impl CalibratedCamera {
 ///
 /// A view whose mesh explains it far worse than the others' theirs has no say: it is a wrong one, until it fits.
 ///
+/// After a camera was found, three new views in a row whose meshes are all wrong were taken through another lens, as a phone's that goes over
+/// to its macro lens by itself: they alone begin anew.
+///
 /// Frontal views of a flat sheet say nothing of the focal length; [`CalibratedCamera::focal_deviation`] tells.
 #[derive(Debug)]
 pub struct SelfCalibration {
@@ -126,6 +132,10 @@ pub struct SelfCalibration {
     updates: usize,
     /// The next view to be fitted for the next update.
     next: usize,
+    /// Views that were taken so far.
+    taken: usize,
+    /// Whether a camera was found.
+    is_found: bool,
 }
 
 impl SelfCalibration {
@@ -147,6 +157,8 @@ impl SelfCalibration {
             aspect: 0.0,
             updates: 0,
             next: 0,
+            taken: 0,
+            is_found: false,
         })
     }
 
@@ -154,7 +166,12 @@ impl SelfCalibration {
     pub fn reset(&mut self) {
         self.spare.extend(self.views.drain(..).map(|view| view.image.values));
         self.cameras = None;
-        (self.updates, self.next) = (0, 0);
+        self.begin();
+    }
+
+    /// Nothing is told yet.
+    fn begin(&mut self) {
+        (self.updates, self.next, self.is_found) = (0, 0, false);
         self.set_aspect(0.0);
     }
 
@@ -199,7 +216,8 @@ impl SelfCalibration {
         let reserved = self.options.max_views.min(RESERVED_VIEWS);
         self.spare.extend((there..reserved).map(|_| Vec::with_capacity(pixels)));
         let grey = GreyImage::of_into(image, self.spare.pop().unwrap_or_default());
-        self.views.push(View::new(grey, tracked, vertices));
+        self.taken += 1;
+        self.views.push(View::new(self.taken, grey, tracked, vertices));
         Ok(true)
     }
 
@@ -232,6 +250,11 @@ impl SelfCalibration {
         energies.sort_by(f64::total_cmp);
         let good = energies.get(energies.len() / 4).copied().unwrap_or_default();
         let most = RIGHT_MESH.max(WRONG_MESH * good);
+        if self.is_found && self.begins_with_newest(most) {
+            self.cameras = Some([assumed; 2]);
+            self.begin();
+            return Ok(None);
+        }
         for view in self.views.iter().filter(|view| view.energy <= most) {
             told.add(&view.reduced);
             views += 1;
@@ -250,6 +273,7 @@ impl SelfCalibration {
         self.updates += 1;
         let focal_deviation = (self.options.residual_variance * covariance.x_axis.x).sqrt();
         let found = self.updates > last + 1 && step[0].abs() < FOUND_STEP * focal_deviation;
+        self.is_found |= found;
         Ok(found.then_some(CalibratedCamera {
             camera,
             assumed,
@@ -257,6 +281,22 @@ impl SelfCalibration {
             aspect: self.aspect,
             views,
         }))
+    }
+
+    /// Whether the meshes of the newest views are all wrong, of an energy above `most`, though each had its turns. The others are dropped then,
+    /// and these begin where they were tracked.
+    fn begins_with_newest(&mut self, most: f64) -> bool {
+        self.views.sort_by_key(|view| view.number);
+        let is_wrong = |view: &View| view.energy > most && view.fits > self.options.blurs.len();
+        let wrong = self.views.iter().rev().take_while(|view| is_wrong(view)).count();
+        let others = self.views.len() - wrong;
+        if wrong < OTHER_LENS_VIEWS || others == 0 {
+            return false;
+        }
+        let dropped = self.views.drain(..others);
+        self.spare.extend(dropped.map(|view| view.image.values));
+        self.views.iter_mut().for_each(View::begin);
+        true
     }
 
     /// Steps until the camera is found. `None` when there are too few views, or when it is not found in `max_updates`.

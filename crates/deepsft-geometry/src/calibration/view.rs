@@ -24,6 +24,10 @@ pub(super) const ASPECT: usize = 4;
 /// An image and the mesh in it.
 #[derive(Debug)]
 pub(super) struct View {
+    /// As they were taken, from 1.
+    pub(super) number: usize,
+    /// Times that it was fitted.
+    pub(super) fits: usize,
     pub(super) image: GreyImage,
     /// The coarse mesh as it was tracked, camera frame, mm.
     tracked: Vec<DVec3>,
@@ -82,8 +86,10 @@ impl Reduced {
 }
 
 impl View {
-    pub(super) fn new(image: GreyImage, tracked: Vec<DVec3>, vertices: Vec<DVec3>) -> Self {
+    pub(super) fn new(number: usize, image: GreyImage, tracked: Vec<DVec3>, vertices: Vec<DVec3>) -> Self {
         Self {
+            number,
+            fits: 0,
             image,
             confidence: vec![1.0; vertices.len()],
             tracked,
@@ -92,6 +98,14 @@ impl View {
             reduced: Reduced::NOTHING,
             energy: f64::INFINITY,
         }
+    }
+
+    /// Begins anew with the mesh as it was tracked.
+    pub(super) fn begin(&mut self) {
+        self.vertices.clone_from(&self.tracked);
+        self.confidence.fill(1.0);
+        (self.reduced, self.sensitivities) = (Reduced::NOTHING, Default::default());
+        (self.energy, self.fits) = (f64::INFINITY, 0);
     }
 
     /// Mean way of the vertices to `others`, as both were tracked, mm.
@@ -135,6 +149,7 @@ impl View {
                 Some((coupling, reduced, solved))
             },
         )?;
+        self.fits += 1;
         self.energy = fitted.energy;
         self.vertices = fitted.vertices;
         self.confidence = fitted.correlation.confidence;

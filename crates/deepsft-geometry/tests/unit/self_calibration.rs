@@ -191,3 +191,50 @@ fn a_view_that_was_not_fitted_yet_does_not_make_room_for_the_next() {
     kept.sort_unstable();
     assert_eq!(kept, [2, 3]);
 }
+
+#[test]
+fn a_phone_that_changes_its_lens_without_a_word_is_not_told_the_mean_of_both() {
+    let (template, assumed) = (template(), training_camera());
+    let poses = [
+        [0.5, 0.1],
+        [-0.4, 0.3],
+        [0.1, 0.6],
+        [-0.2, -0.5],
+        [0.45, -0.35],
+        [-0.5, -0.1],
+    ];
+    // A phone's macro lens, and back; the second time nothing changes.
+    for [first, second] in [[1.0, 0.6], [0.7, 1.1], [1.1, 1.1]] {
+        let mut calibration = SelfCalibration::new(&template, SelfCalibrationOptions::default()).unwrap();
+        let mut told = Vec::new();
+        for (ratio, side) in [(first, 1.0), (second, -1.0)] {
+            let focal = ratio * assumed.focal().x;
+            let truth = Camera::pinhole((480, 270), DVec2::splat(focal), DVec2::new(241.0, 134.0)).unwrap();
+            for (k, [pitch, yaw]) in poses.into_iter().enumerate() {
+                let mesh = sheet(&template, 0.0008 * k as f64, 0.2 * k as f64, [pitch, side * yaw]);
+                let tracked = as_tracked(&mesh, &truth, &assumed);
+                let picture = image(&template, &mesh, &truth);
+                let is_taken = (0..50).any(|_| {
+                    let is_taken = calibration.offer(&picture, &assumed, &tracked).unwrap();
+                    is_taken || calibration.step().unwrap().is_some()
+                });
+                assert!(is_taken, "{ratio}, view {k}");
+                // Between two views of a video there are some updates.
+                for _ in 0..4 * calibration.meshes().count() {
+                    calibration.step().unwrap();
+                }
+            }
+            let found = calibration.solve(20).unwrap().expect("the views tell it");
+            println!(
+                "{ratio}: {:?}",
+                (found.camera.focal().x / focal, found.views, found.focal_deviation)
+            );
+            told.push((found.camera.focal().x / focal, found.views));
+        }
+        assert!(
+            told.iter().all(|(ratio, _)| ratio.ln().abs() < 0.015),
+            "{first}, {second}: {told:?}"
+        );
+        assert!((first == second) == (told[1].1 > poses.len()), "{told:?}");
+    }
+}
