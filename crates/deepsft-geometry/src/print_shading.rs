@@ -3,7 +3,6 @@
 use crate::flat_print::FlatPrint;
 use crate::image::{ImageSize, MipLevel, Picture};
 use glam::DVec2;
-use std::iter::successors;
 
 /// Cells of the light's grid across the print: at most 1.3 mm on an A4 page, as sharp as the shadows of near things.
 const COLUMNS: usize = 170;
@@ -30,42 +29,38 @@ impl FlatPrint {
     #[must_use]
     pub fn without_shading(&self, texture: &Picture) -> Self {
         let size = self.picture.size();
-        let mut levels = successors(Some(MipLevel::finest(texture.clone())), MipLevel::coarser);
-        // The finest whose texels are at least two thirds of a pixel.
-        let Some(level) = levels.find(|level| level.extent.x < 1.5 * size.width as f64 || level.picture.width() == 1)
-        else {
-            return self.clone();
-        };
+        let halvings = (texture.width() / size.width).max(1).ilog2();
+        let level = MipLevel::halved(texture.clone(), halvings);
         let drawn = |x: usize, y: usize| level.sample(DVec2::new(x as f64 + 0.5, y as f64 + 0.5) / size.as_dvec2());
         let seen = |x: usize, y: usize| self.picture.pixel(x, y).map(f32::from);
-        let shown = || (0..size.area()).filter(|place| self.confidence.get(*place).is_some_and(|c| *c > 0.0));
-        let of = |place: usize| (place % size.width, place / size.width);
+        let is_shown = |x: usize, y: usize| self.confidence.get(y * size.width + x).is_some_and(|c| *c > 0.0);
 
-        let mut light: Option<Light> = None;
-        for _ in 0..ROUNDS {
-            let mut next = LightSums::new(size);
-            for (x, y) in shown().map(of) {
-                let (seen, drawn) = (seen(x, y), drawn(x, y));
-                let weight = light
-                    .as_ref()
-                    .map_or(1.0, |light| robust_weight(light.at(x, y), seen, drawn));
-                next.add((x, y), weight, seen, drawn);
+        let light_with = |weight: &dyn Fn(usize, usize) -> f32| {
+            let mut sums = LightSums::new(size);
+            for (x, y) in (0..size.area()).map(|place| (place % size.width, place / size.width)) {
+                if is_shown(x, y) {
+                    sums.add((x, y), weight(x, y), seen(x, y), drawn(x, y));
+                }
             }
-            light = Some(next.light());
+            sums.light()
+        };
+        let mut light = light_with(&|_, _| 1.0);
+        for _ in 1..ROUNDS {
+            light = light_with(&|x, y| robust_weight(light.at(x, y), seen(x, y), drawn(x, y)));
         }
-        let mut rgb = self.picture.rgb().to_vec();
-        if let Some(light) = light {
-            for place in shown() {
-                let (x, y) = of(place);
-                let (light, seen) = (light.at(x, y), seen(x, y));
-                // `as` saturates.
-                let even = [0, 1, 2].map(|k| (seen[k] / light[k].max(DARKEST)).round() as u8);
-                rgb[3 * place..3 * place + 3].copy_from_slice(&even);
-            }
+        let even = |x: usize, y: usize| {
+            let (light, seen) = (light.at(x, y), seen(x, y));
+            // `as` saturates.
+            [0, 1, 2].map(|k| (seen[k] / light[k].max(DARKEST)).round() as u8)
+        };
+        let color = |x: usize, y: usize| match is_shown(x, y) {
+            true => even(x, y),
+            false => self.picture.pixel(x, y),
+        };
+        Self {
+            picture: Picture::from_fn(size.width, size.height, color),
+            confidence: self.confidence.clone(),
         }
-        let picture = Picture::new(size.width, size.height, rgb).unwrap_or_else(|_| self.picture.clone());
-        let confidence = self.confidence.clone();
-        Self { picture, confidence }
     }
 }
 
