@@ -90,14 +90,14 @@ fn pack(charts: &[Chart], wanted: f64) -> Result<Packing, FormatError> {
     for gap in GAPS {
         let mut texels_per_mm = wanted;
         for _ in 0..TRIES[usize::from(gap == GAPS[GAPS.len() - 1])] {
-            let size = |extent: f64| (extent * texels_per_mm).ceil() as usize + 1;
+            let size = |extent: f64| ((extent * texels_per_mm).ceil() as usize).saturating_add(1);
             let sizes: Vec<(usize, usize)> = (charts.iter())
                 .map(|chart| (size(chart.extent.x), size(chart.extent.y)))
                 .collect();
             let area = sizes
                 .iter()
                 .map(|&(w, h)| w.saturating_add(gap) as f64 * h.saturating_add(gap) as f64);
-            let mut width = area.sum::<f64>().sqrt() as usize + gap;
+            let mut width = (area.sum::<f64>().sqrt() as usize).saturating_add(gap);
             while width <= LONGEST_SIDE && sizes.iter().all(|&(w, h)| w.max(h) <= LONGEST_SIDE) {
                 if let Some((corners, height)) = pack_rectangles(&sizes, width, gap)
                     && height <= width
