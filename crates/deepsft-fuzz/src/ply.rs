@@ -31,5 +31,10 @@ pub(crate) fn seeds() -> Result<Vec<Vec<u8>>> {
     }
     colored.push(3);
     (0..3_u32).for_each(|corner| colored.extend(corner.to_le_bytes()));
-    Ok(vec![join(&[placed.as_bytes(), &texture]), colored])
+    // Longer than texels can be counted.
+    let needle = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nproperty uchar red\n\
+        property uchar green\nproperty uchar blue\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n\
+        0 0 0 255 0 0\n3 0 0 0 255 0\n7.68e31 0 4.3e21 9 9 9\n3 0 1 2\n";
+    let needle = needle.as_bytes().to_vec();
+    Ok(vec![join(&[placed.as_bytes(), &texture]), colored, needle])
 }
