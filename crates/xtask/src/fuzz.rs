@@ -17,7 +17,7 @@ use std::{
 pub const HERE: bool = cfg!(target_os = "linux");
 
 /// What one input may take at most: memory in MiB, which the program also counts by itself, and seconds.
-const LIMITS: [&str; 2] = ["-rss_limit_mb=1024", "-timeout=30"];
+const LIMITS: [&str; 2] = ["-rss_limit_mb=1024", "-timeout=120"];
 
 /// Where files are in memory.
 const MEMORY_FOLDER: &str = "/dev/shm";
