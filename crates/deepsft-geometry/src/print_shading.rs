@@ -4,7 +4,7 @@ use crate::flat_print::FlatPrint;
 use crate::image::{ImageSize, MipLevel, Picture};
 use glam::DVec2;
 
-/// Cells of the light's grid across the print: at most 1.3 mm on an A4 page, as sharp as the shadows of near things.
+/// Cells of the light's grid across the print: of 1.2 mm on an upright A4 page, about as sharp as shadows are.
 const COLUMNS: usize = 170;
 
 /// Difference from the print under its light, a fraction of that light, at which a pixel counts half: what is written on the print says
@@ -16,9 +16,6 @@ const ROUNDS: usize = 3;
 
 /// Weight of the mean light in a cell, as a fraction of what a cell of the mean print has: where a cell is black, or is not shown.
 const PRIOR: f32 = 0.002;
-
-/// The least light by which a pixel is divided.
-const DARKEST: f32 = 0.02;
 
 impl FlatPrint {
     /// The same print without shading: shadows, uneven light and its colour are divided out, and what is written on the print stays.
@@ -51,7 +48,7 @@ impl FlatPrint {
         let even = |x: usize, y: usize| {
             let (light, seen) = (light.at(x, y), seen(x, y));
             // `as` saturates.
-            [0, 1, 2].map(|k| (seen[k] / light[k].max(DARKEST)).round() as u8)
+            [0, 1, 2].map(|k| (seen[k] / light[k]).round() as u8)
         };
         let color = |x: usize, y: usize| match is_shown(x, y) {
             true => even(x, y),

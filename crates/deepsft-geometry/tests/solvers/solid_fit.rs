@@ -6,7 +6,7 @@ use deepsft_geometry::glam::{DQuat, DVec2, DVec3};
 use deepsft_geometry::metrics::{FrameMetrics, frame_metrics};
 use deepsft_geometry::raster::VisibleSurface;
 use deepsft_geometry::tracking::{TrackUpdate, Tracker, TrackerImage, TrackingOptions};
-use deepsft_geometry::{Camera, ImageSize, Maps, Picture, Template, draw_template, training_camera};
+use deepsft_geometry::{Camera, ImageSize, Maps, Picture, Surface, Template, draw_template, training_camera};
 
 /// The box bent about its z axis, each fibre along y to an arc; `radius` to the middle, mm.
 fn bent(p: DVec3, radius: f64) -> DVec3 {
@@ -56,6 +56,17 @@ impl Scene {
         pairs.map(change).fold(0.0, f64::max)
     }
 
+    /// The surface fitted to what is seen of a box with its vertices at `truth`, from one with them at `start`, and the errors of both.
+    fn fitted(&self, truth: &[DVec3], start: &[DVec3]) -> (Surface, [FrameMetrics; 2]) {
+        let (true_maps, start_maps) = (self.maps(truth), self.maps(start));
+        let mut fitter = FrameFitter::new(&self.template, FitOptions::default()).unwrap();
+        let from = Start::Maps(start_maps.clone());
+        let image = self.picture(&true_maps);
+        let surface = fitter.fit(&image, &self.camera, &from).unwrap().unwrap();
+        let errors = [start_maps, surface.maps(self.template.mesh())].map(|maps| self.errors(&maps, &true_maps));
+        (surface, errors)
+    }
+
     fn errors(&self, maps: &Maps, truth: &Maps) -> FrameMetrics {
         frame_metrics(maps, truth, &self.camera, &self.template).unwrap()
     }
@@ -68,12 +79,7 @@ fn a_bent_box_is_fitted_from_a_rigid_one_that_is_off_and_its_hidden_sides_follow
     let scene = Scene::new();
     let truth = scene.vertices(500.0, [0.7, -0.5], AWAY);
     let start = scene.vertices(1e6, [0.74, -0.46], AWAY + DVec3::new(3.0, -2.0, 6.0));
-    let (true_maps, start_maps) = (scene.maps(&truth), scene.maps(&start));
-    let image = scene.picture(&true_maps);
-    let mut fitter = FrameFitter::new(&scene.template, FitOptions::default()).unwrap();
-    let from = Start::Maps(start_maps.clone());
-    let surface = fitter.fit(&image, &scene.camera, &from).unwrap().unwrap();
-    let [before, after] = [start_maps, surface.maps(scene.template.mesh())].map(|maps| scene.errors(&maps, &true_maps));
+    let (surface, [before, after]) = scene.fitted(&truth, &start);
     let [before_px, after_px] = [before, after].map(|errors| errors.registration_rmse_px.unwrap());
     assert!(before_px > 4.0 && after_px < 0.5, "{before_px} -> {after_px} px");
     let [before_mm, after_mm] = [before, after].map(|errors| errors.points_rmse_mm.unwrap());
@@ -108,12 +114,7 @@ fn a_box_that_waves_is_followed_by_a_softer_one() {
         let rest = scene.template.mesh().vertices().iter();
         rest.map(|p| rotation * waving(p) + AWAY).collect()
     });
-    let (true_maps, start_maps) = (scene.maps(&truth), scene.maps(&start));
-    let image = scene.picture(&true_maps);
-    let mut fitter = FrameFitter::new(&scene.template, FitOptions::default()).unwrap();
-    let from = Start::Maps(start_maps.clone());
-    let surface = fitter.fit(&image, &scene.camera, &from).unwrap().unwrap();
-    let [before, after] = [start_maps, surface.maps(scene.template.mesh())].map(|maps| scene.errors(&maps, &true_maps));
+    let (surface, [before, after]) = scene.fitted(&truth, &start);
     let [before, after] = [before, after].map(|errors| errors.registration_rmse_px.unwrap());
     assert!(
         before > 8.0 && after < 2.0,
