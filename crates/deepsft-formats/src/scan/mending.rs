@@ -19,12 +19,15 @@ pub(super) struct Mended {
     pub(super) crumbs: usize,
     /// How many faces were left out because front and back are one there.
     pub(super) torn: usize,
+    /// How many faces were left out because they stand on an edge of two others.
+    pub(super) fins: usize,
 }
 
-/// Turns over what has its front on another side than most of its piece, and leaves out pieces that are small beside the whole and faces
-/// at which a twisted band meets its own back.
+/// Turns over what has its front on another side than most of its piece, and leaves out pieces that are small beside the whole, fins and
+/// faces at which a twisted band meets its own back.
 pub(super) fn mended(positions: &[DVec3], faces: &[[usize; 3]]) -> Mended {
     let points = points(positions);
+    let (faces, fins) = without_fins(positions, &points, faces);
     let on_points: Vec<[usize; 3]> = faces.iter().map(|face| face.map(|v| points[v])).collect();
     let mut pieces = DisjointSets::new(faces.len());
     // Of each face those beyond its edges, and whether they lie the other way.
@@ -37,10 +40,7 @@ pub(super) fn mended(positions: &[DVec3], faces: &[[usize; 3]]) -> Mended {
             beyond[other.face].push((one.face, is_other_way));
         }
     }
-    let area = |[a, b, c]: [usize; 3]| {
-        let [a, b, c] = [a, b, c].map(|v| positions[v]);
-        (b - a).cross(c - a).length()
-    };
+    let area = |face| double_area(positions, face);
     let (mut is_turned, mut is_reached) = (vec![false; faces.len()], vec![false; faces.len()]);
     for first in 0..faces.len() {
         let mut patch = Vec::from_iter((!is_reached[first]).then_some(first));
@@ -115,7 +115,42 @@ pub(super) fn mended(positions: &[DVec3], faces: &[[usize; 3]]) -> Mended {
         faces: oriented,
         turned: kept.iter().filter(|face| is_turned[**face]).count(),
         crumbs: if has_crumbs { crumbs.len() } else { 0 },
+        fins,
     }
+}
+
+fn double_area(positions: &[DVec3], face: [usize; 3]) -> f64 {
+    let [a, b, c] = face.map(|v| positions[v]);
+    (b - a).cross(c - a).length()
+}
+
+/// The faces without those that stand on an edge of two or more others and hang on nothing else, and how many these are. Where they are much
+/// of the whole they are meant, and stay.
+fn without_fins(positions: &[DVec3], points: &[usize], faces: &[[usize; 3]]) -> (Vec<[usize; 3]>, usize) {
+    let on_points: Vec<[usize; 3]> = faces.iter().map(|face| face.map(|v| points[v])).collect();
+    let sides = sides(&on_points);
+    let (mut free, mut crowded) = (vec![0; faces.len()], vec![false; faces.len()]);
+    for around in sides.chunk_by(|a, b| a.edge == b.edge) {
+        match around {
+            [alone] => free[alone.face] += 1,
+            [_, _] => {}
+            more => more.iter().for_each(|side| crowded[side.face] = true),
+        }
+    }
+    let is_fin = |face: usize| crowded[face] && free[face] == 2;
+    let area = |is_counted: &dyn Fn(usize) -> bool| -> f64 {
+        let counted = (0..faces.len()).filter(|face| is_counted(*face));
+        counted.map(|face| double_area(positions, faces[face])).sum()
+    };
+    if area(&is_fin) > MOST_CRUMBS * area(&|_| true) {
+        return (faces.to_vec(), 0);
+    }
+    let kept: Vec<[usize; 3]> = (0..faces.len())
+        .filter(|face| !is_fin(*face))
+        .map(|face| faces[face])
+        .collect();
+    let fins = faces.len() - kept.len();
+    (kept, fins)
 }
 
 /// The points at which vertices are: those of seams are one point.

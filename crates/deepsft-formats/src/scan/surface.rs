@@ -76,19 +76,21 @@ impl Surface {
         note(raw.dropped, "faces without area were left out");
         note(raw.leave_doubles_out(), "faces that lie on others were left out");
         if raw.faces.is_empty() {
-            return refused("none of its faces has an area");
+            return refused("none of its faces has an area: export it again");
         }
         let Mended {
             faces,
             turned,
             crumbs,
             torn,
+            fins,
         } = mended(&raw.positions(), &raw.faces);
         note(
             turned,
             "faces had their fronts on the other side than those around them and were turned",
         );
         note(crumbs, "small pieces beside it were left out");
+        note(fins, "faces that stand on an edge of two others were left out");
         note(
             torn,
             "faces with no side for their front were left out, as of a twisted band",

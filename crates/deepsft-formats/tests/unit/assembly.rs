@@ -137,6 +137,35 @@ fn crumbs_beside_the_object_are_left_out_and_turned_faces_are_turned_back() {
 }
 
 #[test]
+fn faces_that_stand_on_an_edge_of_two_others_are_left_out_unless_they_are_much_of_the_whole() {
+    let whole = assemble_scan(grid(8)).unwrap();
+    // On an edge within, each as tall as `height`.
+    let standing = |edges: &[[usize; 2]], height: f64| {
+        let mut scan = grid(8);
+        let part = &mut scan.parts[0];
+        for (k, &[a, b]) in edges.iter().enumerate() {
+            let up = DVec3::new(0.001 * k as f64, 0.0, height);
+            part.positions.push(part.positions[a] + up);
+            part.texture_coordinates.push(part.texture_coordinates[a]);
+            part.faces.push([a, b, part.positions.len() - 1]);
+        }
+        assemble_scan(scan).unwrap()
+    };
+    let mended = standing(&[[40, 41], [40, 41], [22, 31]], 0.01);
+    assert_eq!(
+        mended.notes,
+        ["3 faces that stand on an edge of two others were left out"]
+    );
+    assert_eq!(
+        (mended.template.mesh().faces().len(), mended.topology),
+        (128, whole.topology)
+    );
+    // A crest is meant.
+    let crest = standing(&[[37, 38], [38, 39], [39, 40], [40, 41], [41, 42]], 0.5);
+    assert_eq!(crest.template.mesh().faces().len(), 133);
+}
+
+#[test]
 fn faces_with_broken_numbers_and_parts_without_texture_are_left_out_with_a_word() {
     let mut scan = grid(8);
     scan.parts[0].positions[0].x = f64::NAN;
