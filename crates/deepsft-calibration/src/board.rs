@@ -47,7 +47,13 @@ impl Board {
     }
 
     fn checked(self) -> Result<Self, CalibrationError> {
-        CharucoBoard::new(self.spec).map_err(|error| CalibrationError::Board(error.to_string()))?;
+        let fraction = self.spec.marker_size_rel;
+        if !(fraction > 0.0 && fraction < 1.0) {
+            let reason = format!("its markers are {fraction} of a square, expected a fraction between 0 and 1");
+            return Err(CalibrationError::Board(reason));
+        }
+        let remedy = |error| format!("{error}: ask for fewer squares, or for another dictionary");
+        CharucoBoard::new(self.spec).map_err(|error| CalibrationError::Board(remedy(error)))?;
         Ok(self)
     }
 
@@ -83,7 +89,7 @@ impl Board {
         let markers = (self.spec.rows * self.spec.cols).div_ceil(2) as usize;
         if markers + above > codes.len() {
             return Err(CalibrationError::Board(format!(
-                "{} has {} markers, and a board of the older pattern needs {}",
+                "{} has {} markers, and a board of the older pattern needs {}: ask for fewer squares",
                 self.spec.dictionary.name(),
                 codes.len(),
                 markers + above

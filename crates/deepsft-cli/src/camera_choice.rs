@@ -1,7 +1,7 @@
 //! Which camera an image was taken by, and how reports tell it.
 
 use crate::failure::BlameInput;
-use anyhow::{Result, bail};
+use anyhow::{Result, anyhow, bail};
 use deepsft::CameraOrigin;
 use deepsft_formats::CameraFile;
 use deepsft_geometry::{CalibratedCamera, Camera, Picture};
@@ -57,6 +57,10 @@ pub fn read(path: &Path) -> Result<Camera> {
     let preset = path.to_str().and_then(Camera::preset);
     match preset.filter(|_| !path.exists()) {
         Some(camera) => Ok(camera),
+        None if !path.exists() => {
+            let reason = "there is no such file: check the path, or name one of kinect-v2, realsense-d435, gopro-hero3";
+            Err(anyhow!(reason)).blame("camera file", path)
+        }
         None => Ok(deepsft_formats::read_camera(path)?),
     }
 }
@@ -94,7 +98,7 @@ fn camera_for(image: &Picture, quarters: usize, camera: &Camera) -> Result<(Came
         }
     }
     bail!(
-        "it is for images of {} pixels, this one has {}",
+        "it is for images of {} pixels, this one has {}: give the camera that took it, or none",
         camera.size(),
         image.size()
     );
@@ -131,10 +135,8 @@ mod tests {
         let assumed = camera_of(&image, 0, None, None).unwrap();
         assert_eq!((assumed.0.focal().x, assumed.1), (0.79 * 1920.0, "assumed"));
         assert!(
-            read(Path::new("kinect-v3"))
-                .unwrap_err()
-                .to_string()
-                .contains("kinect-v3")
+            format!("{:#}", read(Path::new("kinect-v3")).unwrap_err())
+                .contains("kinect-v3: there is no such file: check the path, or name one of kinect-v2")
         );
     }
 
@@ -173,7 +175,7 @@ mod tests {
         let error = of((1080, 1080), 0).unwrap_err();
         assert_eq!(
             error.to_string(),
-            "it is for images of 1920 x 1080 pixels, this one has 1080 x 1080"
+            "it is for images of 1920 x 1080 pixels, this one has 1080 x 1080: give the camera that took it, or none"
         );
     }
 }

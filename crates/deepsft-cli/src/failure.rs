@@ -1,7 +1,7 @@
 //! How a command fails: the message and the exit code.
 
 use crate::interruption::{self, Interrupted};
-use deepsft_formats::FormatError;
+use deepsft_formats::{FormatError, read_error};
 use deepsft_synth::SynthError;
 use deepsft_train::TrainError;
 use std::path::{Path, PathBuf};
@@ -44,9 +44,24 @@ pub trait BlameInput<T> {
 impl<T, E: Into<anyhow::Error>> BlameInput<T> for Result<T, E> {
     fn blame(self, what: &'static str, path: &Path) -> anyhow::Result<T> {
         self.map_err(|error| {
-            let path = path.to_path_buf();
-            error.into().context(InvalidInput { what, path })
+            worded(error.into(), path).context(InvalidInput {
+                what,
+                path: path.to_path_buf(),
+            })
         })
+    }
+}
+
+/// The cause in words, without the name of the input `path`, which stands before it.
+fn worded(error: anyhow::Error, path: &Path) -> anyhow::Error {
+    let error = match error.downcast::<FormatError>() {
+        Ok(FormatError::File { reason, path: own }) if own == path => anyhow::Error::msg(reason),
+        Ok(error) => error.into(),
+        Err(error) => error,
+    };
+    match error.downcast::<std::io::Error>() {
+        Ok(error) => read_error(error).into(),
+        Err(error) => error,
     }
 }
 
@@ -84,6 +99,9 @@ fn is_unusable(error: &(dyn std::error::Error + 'static)) -> bool {
         SynthError::Format(format) => Some(format),
         _ => None,
     });
+    if let Some(TrainError::Checkpoint { .. } | TrainError::From { .. }) = error.downcast_ref() {
+        return true;
+    }
     let format = format.or_else(|| match error.downcast_ref()? {
         TrainError::Format(format) | TrainError::Synth(SynthError::Format(format)) => Some(format),
         _ => None,

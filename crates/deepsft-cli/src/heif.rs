@@ -27,7 +27,9 @@ pub fn read(path: &Path, bytes: &[u8], upright: bool) -> Result<Option<(Picture,
         bail!("it is HEIC or AVIF without a picture: {ADVICE}");
     };
     if width.max(height) > MAX_PICTURE_SIDE_PX {
-        bail!("a size of {width} x {height} pixels is too large: a side has at most {MAX_PICTURE_SIDE_PX} pixels");
+        bail!(
+            "a size of {width} x {height} pixels is too large: make it smaller, a side has at most {MAX_PICTURE_SIDE_PX} pixels"
+        );
     }
     let mut command = Command::new("ffmpeg");
     command.args(["-nostdin", "-v", "error"]);

@@ -5,6 +5,7 @@ use crate::heif;
 use crate::progress;
 use anyhow::{Result, bail};
 use deepsft::{DeviceDescription, DeviceKind, Estimator, MODEL_FILE, ModelBundle, decode_picture, start_device};
+use deepsft_formats::read_error;
 use deepsft_geometry::{Camera, Picture};
 use deepsft_synth::DatasetFolder;
 use std::collections::BTreeMap;
@@ -116,19 +117,22 @@ pub fn bundle(folder: &Path) -> Result<ModelBundle> {
 /// left out: the check that follows tells which.
 pub fn bundle_files(folder: &Path) -> Result<BTreeMap<String, Vec<u8>>> {
     if !folder.is_dir() {
-        bail!("there is no such folder");
+        bail!(match folder.exists() {
+            true => "it is a file: name the folder of a model bundle",
+            false => "there is no such folder: check the path",
+        });
     }
     let read = |name: &str| -> Result<Option<Vec<u8>>> {
         let inside = Path::new(name)
             .components()
             .all(|part| matches!(part, Component::Normal(_)));
         if !inside {
-            bail!("it lists a file outside of its folder: {name:?}");
+            bail!("it lists a file outside of its folder, {name:?}: fetch it anew");
         }
         match fs::read(folder.join(name)) {
             Ok(bytes) => Ok(Some(bytes)),
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(None),
-            Err(error) => bail!("{name}: {error}"),
+            Err(error) => bail!("{name}: {}", read_error(error)),
         }
     };
     let mut files = BTreeMap::new();

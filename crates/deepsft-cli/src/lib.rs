@@ -50,9 +50,11 @@ The way from a picture to a reconstruction:
 
 Exit codes:
   0  done
-  1  failed: a file could not be written, a device failed, a training diverged, ffmpeg is not there
+  1  failed: a file could not be written, another folder or checkpoint is in the way, a device failed, a training diverged, ffmpeg
+     is not there
   2  the command line is wrong
-  3  an input is missing, corrupt or unfit: image, camera file, template, model bundle, data set, video
+  3  an input is missing, corrupt or unfit: image, camera file, scan, template, model bundle, data set, recording, checkpoint,
+     video
   130  interrupted by Ctrl-C: track keeps the frames until then
   141  the reader of the output went away before its end, as head does";
 

@@ -1,8 +1,8 @@
 //! Which network a command line asks for: an architecture to train, or a network by name or from a bundle.
 
-use crate::failure::usage;
+use crate::failure::{BlameInput, usage};
 use crate::input;
-use anyhow::Result;
+use anyhow::{Result, anyhow};
 use clap::ValueEnum;
 use deepsft::{Architecture, CompactConfig, DeviceKind, NetworkConfig, PaperConfig, R50FConfig};
 use deepsft_geometry::{Camera, training_camera};
@@ -42,7 +42,19 @@ impl NetworkChoice {
 pub fn named(name: &str) -> Result<Network> {
     let (device, _) = pollster::block_on(start_device(DeviceKind::Cpu))?;
     let Ok(choice) = NetworkChoice::from_str(name, false) else {
-        let bundle = input::bundle(Path::new(name))?;
+        let folder = Path::new(name);
+        if !folder.exists() {
+            let names = NetworkChoice::value_variants()
+                .iter()
+                .filter_map(ValueEnum::to_possible_value);
+            let names: Vec<String> = names.map(|name| name.get_name().to_owned()).collect();
+            let reason = format!(
+                "there is no such folder: check the path, or name a network ({})",
+                names.join(", ")
+            );
+            return Err(anyhow!(reason)).blame("model bundle", folder);
+        }
+        let bundle = input::bundle(folder)?;
         return Ok(Network::from_folded(bundle.network(), &device)?);
     };
     let config = choice.config(1, TEMPLATE_SIZE_MM, &training_camera())?;

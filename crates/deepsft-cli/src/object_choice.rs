@@ -67,16 +67,21 @@ impl DescriptorChoice {
         let Some(path) = &self.descriptors else {
             return Ok(None);
         };
-        let read =
-            || -> Result<SharedDescriptorNetwork> { Ok(SharedDescriptorNetwork::from_bytes(&std::fs::read(path)?)?) };
+        let read = || -> Result<SharedDescriptorNetwork> {
+            SharedDescriptorNetwork::from_bytes(&std::fs::read(path)?).map_err(|_| {
+                anyhow!(
+                    "it holds no weights of the network that describes pictures: give models/any-picture/weights.bpk"
+                )
+            })
+        };
         Ok(Some(read().blame("weights", path)?))
     }
 
-    /// The finders of `target`, the network among them if it is asked for. A picture that features find badly is warned of where
+    /// The finders of `target`, an object of this `name`, the network among them if it is asked for. A picture that features find badly is warned of where
     /// no network was trained for it.
-    pub fn finder(&self, target: Target) -> Result<TargetFinder> {
+    pub fn finder(&self, target: Target, name: &str) -> Result<TargetFinder> {
         let is_trained = target.network().is_some();
-        let mut finder = TargetFinder::new(target)?;
+        let mut finder = TargetFinder::new(target).blame("object", Path::new(name))?;
         if !is_trained && let Some(grade) = finder.grade() {
             warn_of(&grade);
         }
@@ -118,10 +123,12 @@ impl LookalikeChoice {
     }
 }
 
-/// Says what will make the picture on a sheet hard to find. Says nothing of one that features cannot look for at all.
+/// Says what will make the picture on a sheet hard to find, or impossible without a network of its own.
 pub fn warn_of_print(template: &Template) {
-    if let Ok(grade) = PictureGrade::of(template.clone()) {
-        warn_of(&grade);
+    match PictureGrade::of(template.clone()) {
+        Ok(grade) => warn_of(&grade),
+        Err(error) if template.is_sheet() => eprintln!("warning: it is not found without training: {error}"),
+        Err(_) => {}
     }
 }
 

@@ -134,7 +134,8 @@ fn pictures(paths: Vec<PathBuf>) -> impl Iterator<Item = Result<Picture>> {
         let actual = picture.size();
         let expected = *size.get_or_insert(actual);
         if actual != expected {
-            let different = anyhow!("it has {actual} pixels, the frames before it {expected}");
+            let different =
+                anyhow!("it has {actual} pixels, the frames before it {expected}: leave it out, or make it as large");
             return Err(different).blame("image", &path);
         }
         Ok(picture)

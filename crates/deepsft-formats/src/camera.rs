@@ -1,6 +1,7 @@
 //! `camera.json`: a camera's intrinsics as a file.
 
 use crate::error::FormatError;
+use crate::reasons::json_reason;
 use deepsft_geometry::glam::DVec2;
 use deepsft_geometry::{Camera, Lens};
 use serde::{Deserialize, Serialize};
@@ -79,7 +80,7 @@ impl CameraFile {
         let camera = Camera::pinhole((self.width, self.height), focal, centre)?;
         match (&self.distortion, self.fisheye) {
             (Some(_), Some(_)) => Err(FormatError::CameraFile(
-                "it has distortion and fisheye, of which a lens has one".to_owned(),
+                "it has distortion and fisheye, of which a lens has one: remove the other".to_owned(),
             )),
             (None, Some(coefficients)) => Ok(camera.with_fisheye(coefficients)?),
             (coefficients, None) => Ok(camera.with_opencv_distortion(coefficients.as_deref().unwrap_or_default())?),
@@ -104,7 +105,8 @@ impl CameraFile {
 /// [`FormatError::CameraFile`] when it is not JSON, lacks a field (NaN is not JSON) or has two lenses,
 /// [`FormatError::Geometry`] when a value is none a camera can have.
 pub fn camera_from_json(json: &[u8]) -> Result<Camera, FormatError> {
-    let file: CameraFile = serde_json::from_slice(json).map_err(|error| FormatError::CameraFile(error.to_string()))?;
+    let file: CameraFile =
+        serde_json::from_slice(json).map_err(|error| FormatError::CameraFile(json_reason(&error)))?;
     file.camera()
 }
 

@@ -22,7 +22,7 @@ pub enum FormatError {
     #[error("template description cannot be read: {0}")]
     TemplateFile(String),
     /// A line of an OBJ file cannot be read.
-    #[error("line {line} of the mesh is not understood: {reason}")]
+    #[error("line {line} of the mesh is not understood: {reason}; export it again")]
     Obj {
         /// Number of the line, from 1.
         line: usize,
@@ -33,7 +33,7 @@ pub enum FormatError {
     #[error("{0}")]
     Scan(String),
     /// A template was written in another version of the format.
-    #[error("template has format version {actual}, this program reads version {expected}")]
+    #[error("template has format version {actual}, this program reads version {expected}: use a newer version of it")]
     TemplateVersion {
         /// Version met.
         actual: u32,
@@ -47,7 +47,7 @@ pub enum FormatError {
     #[error("picture cannot be read: {0}")]
     PictureFile(String),
     /// A file or folder cannot be used.
-    #[error("{reason}: {path}")]
+    #[error("{path}: {reason}")]
     File {
         /// What is wrong with it.
         reason: String,

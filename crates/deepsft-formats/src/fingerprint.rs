@@ -29,7 +29,7 @@ pub fn sha256_file(path: &std::path::Path) -> Result<String, crate::error::Forma
         }
         Ok(hexadecimal(hash))
     };
-    hash().map_err(|error| crate::error::FormatError::unreadable(path, error))
+    hash().map_err(|error| crate::error::FormatError::unreadable(path, crate::reasons::read_error(error)))
 }
 
 /// The SHA-256 of a value's JSON, in 64 hexadecimal digits: the same for equal values, in every version and on every

@@ -2,6 +2,7 @@
 
 use crate::camera::CameraFile;
 use crate::error::FormatError;
+use crate::reasons::json_reason;
 use deepsft_geometry::Camera;
 use deepsft_geometry::glam::DVec2;
 use serde_json::{Map, Value};
@@ -47,8 +48,13 @@ const DEEPEST: usize = 16;
 /// # Errors
 /// [`FormatError::CameraFile`] says what is missing or not known of the lens; [`FormatError::Geometry`].
 pub fn camera_from_foreign(bytes: &[u8]) -> Result<Camera, FormatError> {
-    let text = String::from_utf8_lossy(bytes);
-    let text = text.trim_start_matches('\u{feff}').trim();
+    let text = match str::from_utf8(bytes) {
+        Ok(text) if !text.contains('\0') => text.trim_start_matches('\u{feff}').trim(),
+        _ => return unknown("it is no text: write the camera as JSON, YAML, XML or COLMAP's cameras.txt"),
+    };
+    if text.is_empty() {
+        return unknown("it is empty: copy it again from where it came");
+    }
     if let Some(camera) = colmap(text) {
         return camera;
     }
@@ -63,7 +69,21 @@ pub fn camera_from_foreign(bytes: &[u8]) -> Result<Camera, FormatError> {
     };
     let number_of = |names: &[&str]| numbers_of(names).and_then(|numbers| numbers.first().copied());
     let all_of = |names: [&[&str]; 2]| Some([number_of(names[0])?, number_of(names[1])?]);
-    let matrix = numbers_of(&MATRIX).and_then(|numbers| match numbers[..] {
+    let model = |name| {
+        find(&tree, &|key, value| {
+            (key == name).then(|| value.as_str().map(plain)).flatten()
+        })
+    };
+    let model = MODEL.into_iter().filter_map(model).collect::<Vec<_>>().join(" ");
+    let is = |names: &[&str]| names.iter().any(|name| model.contains(name));
+    let is_unknown = !is(&FISHEYE) && (is(&UNKNOWN) || model.ends_with("ds"));
+    let other_model = || {
+        unknown(&format!(
+            "its lens model ({model}) is none of OpenCV's: calibrate with pinhole and radtan, or with equidistant"
+        ))
+    };
+    let entries = numbers_of(&MATRIX);
+    let matrix = entries.as_ref().and_then(|numbers| match numbers[..] {
         [fx, _, 0.0, _, fy, 0.0, cx, cy, 1.0] | [fx, _, cx, _, fy, cy, _, _, _] | [fx, fy, cx, cy] => {
             Some([fx, fy, cx, cy])
         }
@@ -74,7 +94,16 @@ pub fn camera_from_foreign(bytes: &[u8]) -> Result<Camera, FormatError> {
         Some([fx, fy, cx, cy])
     };
     let Some([fx, fy, cx, cy]) = matrix.or_else(scalars) else {
-        return unknown("it has no camera matrix (camera_matrix, K, intrinsics) and no fx, fy, cx, cy");
+        return match entries {
+            _ if is_unknown => other_model(),
+            Some(entries) => unknown(&format!(
+                "its camera matrix has {} numbers: 9 are expected, or fx, fy, cx, cy",
+                entries.len()
+            )),
+            None => unknown(
+                "it has no camera matrix (camera_matrix, K, intrinsics) and not all of fx, fy, cx, cy: add them, in pixels",
+            ),
+        };
     };
     let size = find(&tree, &|key, value| match numbers(value)?[..] {
         [width, height] if SIZE.contains(&key) => Some([width, height]),
@@ -83,13 +112,9 @@ pub fn camera_from_foreign(bytes: &[u8]) -> Result<Camera, FormatError> {
     let Some([width, height]) = all_of(SIDES).or(size) else {
         return unknown("it does not say the image's size: add image_width and image_height, in pixels");
     };
-    let model = |name| {
-        find(&tree, &|key, value| {
-            (key == name).then(|| value.as_str().map(plain)).flatten()
-        })
-    };
-    let model = MODEL.into_iter().filter_map(model).collect::<String>();
-    let is = |names: &[&str]| names.iter().any(|name| model.contains(name));
+    if width < 1.0 || height < 1.0 {
+        return unknown(&format!("its image has {width} x {height} pixels: correct it there"));
+    }
     let single = || match is(&FISHEYE) {
         true => ["k1", "k2", "k3", "k4"]
             .map(|name| number_of(&[name]).unwrap_or_default())
@@ -108,10 +133,8 @@ pub fn camera_from_foreign(bytes: &[u8]) -> Result<Camera, FormatError> {
         Ok(camera)
     } else if is(&FISHEYE) {
         fisheye(camera, &lens)
-    } else if is(&UNKNOWN) || model.ends_with("ds") {
-        unknown(&format!(
-            "its lens model ({model}) is none of OpenCV's: calibrate with pinhole and radtan, or with equidistant"
-        ))
+    } else if is_unknown {
+        other_model()
     } else {
         Ok(camera.with_opencv_distortion(&lens)?)
     }
@@ -124,7 +147,7 @@ fn unknown<T>(reason: &str) -> Result<T, FormatError> {
 fn fisheye(camera: Camera, coefficients: &[f64]) -> Result<Camera, FormatError> {
     match coefficients.first_chunk() {
         Some(four) if coefficients[4..].iter().all(|k| *k == 0.0) => Ok(camera.with_fisheye(*four)?),
-        _ => unknown("its fisheye lens has not the four coefficients of OpenCV's"),
+        _ => unknown("its fisheye lens has not the four coefficients of OpenCV's: calibrate with equidistant"),
     }
 }
 
@@ -140,13 +163,18 @@ fn colmap(text: &str) -> Option<Result<Camera, FormatError>> {
     };
     let is_line = id.parse::<u32>().is_ok() && model.chars().all(|c| c.is_ascii_uppercase() || c == '_');
     let size = (width.parse::<usize>().ok()?, height.parse::<usize>().ok()?);
-    let parameters = parameters
-        .iter()
-        .map(|word| word.parse().ok())
-        .collect::<Option<Vec<f64>>>()?;
     if !is_line {
         return None;
     }
+    let parameters = parameters.iter().map(|word| word.parse().map_err(|_| *word));
+    let parameters: Vec<f64> = match parameters.collect() {
+        Ok(parameters) => parameters,
+        Err(word) => {
+            return Some(unknown(&format!(
+                "it has {word:?} where a number is expected: correct it there"
+            )));
+        }
+    };
     if lines.next().is_some() {
         return Some(unknown(
             "it has several cameras: leave the line of the one that is meant",
@@ -165,7 +193,7 @@ fn colmap(text: &str) -> Option<Result<Camera, FormatError>> {
         (model, parameters) => {
             let count = parameters.len();
             return Some(unknown(&format!(
-                "COLMAP's model {model} with {count} numbers is not read: take OPENCV or OPENCV_FISHEYE"
+                "COLMAP's model {model} with {count} numbers is not read: export OPENCV (8 numbers) or OPENCV_FISHEYE (8)"
             )));
         }
     };
@@ -179,11 +207,11 @@ fn colmap(text: &str) -> Option<Result<Camera, FormatError>> {
 /// What a file in JSON, XML or YAML says.
 fn tree(text: &str) -> Result<Value, FormatError> {
     if text.starts_with('<') {
-        let read = roxmltree::Document::parse(text).map_err(|error| FormatError::CameraFile(error.to_string()))?;
+        let read = roxmltree::Document::parse(text).map_err(|error| damaged("XML", &error.to_string()))?;
         return Ok(element(read.root_element(), 0));
     }
-    if text.is_empty() || text.starts_with('{') {
-        return serde_json::from_str(text).map_err(|error| FormatError::CameraFile(error.to_string()));
+    if text.starts_with('{') {
+        return serde_json::from_str(text).map_err(|error| FormatError::CameraFile(json_reason(&error)));
     }
     // OpenCV's directive is none of YAML's, and of a recorded stream the first message is enough.
     let lines = text
@@ -191,7 +219,15 @@ fn tree(text: &str) -> Result<Value, FormatError> {
         .skip_while(|line| line.starts_with(['%', '-', '#']) || line.is_empty());
     let first = lines.take_while(|line| *line != "---").collect::<Vec<_>>().join("\n");
     let read = serde_saphyr::from_str::<Value>(&first);
-    read.map_err(|error| FormatError::CameraFile(error.to_string()))
+    // What follows draws the place.
+    read.map_err(|error| damaged("YAML", error.to_string().lines().next().unwrap_or_default()))
+}
+
+fn damaged(form: &str, said: &str) -> FormatError {
+    let said = said.trim_start_matches("error: ");
+    FormatError::CameraFile(format!(
+        "its {form} cannot be read ({said}): correct it there, or copy it again"
+    ))
 }
 
 /// An element of XML: its children by name, or its text.

@@ -15,6 +15,7 @@ mod glb;
 mod npy;
 mod obj;
 mod picture;
+mod reasons;
 #[cfg(feature = "scan")]
 mod scan;
 mod template;
@@ -43,6 +44,7 @@ pub use picture::{
     MAX_PICTURE_SIDE_PX, decode_as_stored, decode_image, decode_photograph, decode_picture, encode_jpeg, encode_pixels,
     encode_png, is_picture,
 };
+pub use reasons::{json_reason, read_error, write_error};
 #[cfg(feature = "scan")]
 pub use scan::{Scan, ScanPart, ScannedTemplate, Wrap, assemble_scan, read_scan, read_scan_decoding};
 pub use template::{TEMPLATE_FILE, TEXTURE_FILE, TemplateFile, template_to_files};

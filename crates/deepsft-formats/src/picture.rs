@@ -7,9 +7,10 @@ use image::codecs::jpeg::JpegEncoder;
 use image::codecs::png::PngEncoder;
 use image::metadata::Orientation;
 use image::{
-    DynamicImage, ExtendedColorType, ImageDecoder, ImageEncoder, ImageFormat, ImageReader, Limits, RgbImage, Rgba,
+    DynamicImage, ExtendedColorType, ImageDecoder, ImageEncoder, ImageError, ImageFormat, ImageReader, Limits,
+    RgbImage, Rgba,
 };
-use std::io::Cursor;
+use std::io::{Cursor, ErrorKind};
 use std::path::Path;
 
 /// Longest side of a picture that is decoded, pixels. JPEG ends at 65,535; a 200-megapixel phone has 16,384.
@@ -113,7 +114,7 @@ fn decode_unguarded(bytes: &[u8], expected: Option<ImageSize>) -> Result<(Dynami
     let mut limits = Limits::no_limits();
     limits.max_alloc = Some(max_mib << 20);
     reader.limits(limits);
-    let mut decoder = reader.into_decoder().map_err(FormatError::picture)?;
+    let mut decoder = reader.into_decoder().map_err(undecodable)?;
     let (width, height) = decoder.dimensions();
     expected.map_or(Ok(()), |size| check_size((width as usize, height as usize), size))?;
     // A file may hold one bit per pixel: what counts is also what becomes of it.
@@ -122,18 +123,34 @@ fn decode_unguarded(bytes: &[u8], expected: Option<ImageSize>) -> Result<(Dynami
     let too_large =
         |limit: String| FormatError::picture(format!("a size of {width} x {height} pixels is too large: {limit}"));
     if width.max(height) > MAX_PICTURE_SIDE_PX {
-        return Err(too_large(format!("a side has at most {MAX_PICTURE_SIDE_PX} pixels")));
+        return Err(too_large(format!(
+            "make it smaller, a side has at most {MAX_PICTURE_SIDE_PX} pixels"
+        )));
     }
     if mib > max_mib {
         return Err(too_large(format!(
-            "decoded it takes {mib} MiB, at most {max_mib} are read"
+            "make it smaller, decoded it takes {mib} MiB and at most {max_mib} are read"
         )));
     }
-    let orientation = decoder.orientation().map_err(FormatError::picture)?;
+    let orientation = decoder.orientation().map_err(undecodable)?;
     #[cfg(feature = "pictures")]
     crate::foreign::check_jpeg_end(bytes).map_err(FormatError::picture)?;
-    let decoded = DynamicImage::from_decoder(decoder).map_err(FormatError::picture)?;
+    let decoded = DynamicImage::from_decoder(decoder).map_err(undecodable)?;
     Ok((decoded, orientation))
+}
+
+/// What a decoder says of a file, and what to do.
+fn undecodable(error: ImageError) -> FormatError {
+    let said = error.to_string();
+    let said = said.trim_end_matches('.');
+    FormatError::picture(match error {
+        ImageError::IoError(error) if error.kind() == ErrorKind::UnexpectedEof => {
+            "it was cut short: copy it again from where it came".to_owned()
+        }
+        ImageError::Unsupported(_) => format!("{said}: save it as PNG or JPEG"),
+        ImageError::Limits(_) => format!("{said}: make it smaller"),
+        _ => format!("it is damaged ({said}): copy it again from where it came, or save it anew as PNG or JPEG"),
+    })
 }
 
 /// What a file is that no decoder knows, and what to do.
@@ -157,7 +174,7 @@ fn unknown_kind(bytes: &[u8]) -> String {
         Some(b"heic" | b"heix" | b"hevc" | b"mif1" | b"msf1") => format!(
             "it is HEIC, which is not read: export it as JPEG (on an iPhone: Settings, Camera, Formats, Most Compatible); {read} are read"
         ),
-        _ => format!("it is of no kind that is read: {read}"),
+        _ => format!("it is of no kind that is read: {read}; save it as one of these"),
     }
 }
 

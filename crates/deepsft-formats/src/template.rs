@@ -3,6 +3,7 @@
 use crate::error::FormatError;
 use crate::obj::{mesh_from_obj, mesh_to_obj};
 use crate::picture::{decode_picture, encode_png};
+use crate::reasons::json_reason;
 use deepsft_geometry::Template;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -64,7 +65,7 @@ impl TemplateFile {
     ///   names a file outside its own folder.
     /// * [`FormatError::TemplateVersion`] when it was written by a newer version.
     pub fn parse(json: &[u8]) -> Result<Self, FormatError> {
-        let malformed = |error: serde_json::Error| FormatError::TemplateFile(error.to_string());
+        let malformed = |error: serde_json::Error| FormatError::TemplateFile(json_reason(&error));
         let Versioned { format_version: actual } = serde_json::from_slice(json).map_err(malformed)?;
         if actual != FORMAT_VERSION {
             return Err(FormatError::TemplateVersion {

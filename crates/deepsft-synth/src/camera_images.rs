@@ -19,7 +19,7 @@ pub(crate) fn decode_depth(bytes: &[u8], camera: &Camera) -> Result<Vec<u16>, Fo
     match decode_of_camera(bytes, camera)? {
         DynamicImage::ImageLuma16(depth) => Ok(depth.into_raw()),
         other => Err(refused(format!(
-            "a depth picture is 16-bit grey, this one is {:?}",
+            "a depth picture is 16-bit grey, this one is {:?}: save it as 16-bit PNG",
             other.color()
         ))),
     }
@@ -28,9 +28,9 @@ pub(crate) fn decode_depth(bytes: &[u8], camera: &Camera) -> Result<Vec<u16>, Fo
 /// Decodes an image file of the camera's size, as it is stored.
 pub(crate) fn decode_of_camera(bytes: &[u8], camera: &Camera) -> Result<DynamicImage, FormatError> {
     decode_image(bytes, camera.size()).map_err(|error| match error {
-        FormatError::Geometry(GeometryError::MapSize { actual, expected }) => {
-            refused(format!("it has {actual} pixels, its camera {expected}"))
-        }
+        FormatError::Geometry(GeometryError::MapSize { actual, expected }) => refused(format!(
+            "it has {actual} pixels, its camera {expected}: correct the camera, or leave it out"
+        )),
         other => other,
     })
 }

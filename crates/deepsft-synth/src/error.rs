@@ -44,7 +44,7 @@ pub enum SynthError {
     #[error("expected I/N with I from 1 to N, like 2/8")]
     DatasetPart,
     /// A data set is not of the template that it is to be used for.
-    #[error("it is of another template: {difference}")]
+    #[error("it is of another template: {difference}; choose a set of this one")]
     OtherTemplate {
         /// In what they differ.
         difference: String,

@@ -7,8 +7,8 @@ use thiserror::Error;
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum TrainError {
-    /// A file of a checkpoint could not be read or written.
-    #[error("{reason}: {path}")]
+    /// A file of a checkpoint could not be read.
+    #[error("{path}: {reason}")]
     Checkpoint {
         /// What failed.
         reason: String,
@@ -24,7 +24,7 @@ pub enum TrainError {
         path: PathBuf,
     },
     /// The weights that a training is to begin with cannot be read.
-    #[error("cannot begin with these weights: {reason}: {path}")]
+    #[error("cannot begin with the weights {path}: {reason}")]
     From {
         /// What failed.
         reason: String,

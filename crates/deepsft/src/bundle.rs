@@ -5,7 +5,7 @@
 
 use crate::error::DeepSftError;
 use crate::weights_file::{weights_from_burnpack, weights_to_burnpack};
-use deepsft_formats::{TEMPLATE_FILE, TemplateFile, camera_from_json, camera_to_json, template_to_files};
+use deepsft_formats::{TEMPLATE_FILE, TemplateFile, camera_from_json, camera_to_json, json_reason, template_to_files};
 use deepsft_geometry::{Camera, Template};
 use deepsft_inference::{FoldedNetwork, NetworkConfig};
 use serde::{Deserialize, Serialize};
@@ -277,7 +277,7 @@ fn file<'a>(files: &'a BTreeMap<String, Vec<u8>>, name: &str) -> Result<&'a [u8]
 }
 
 fn read_manifest(json: &[u8]) -> Result<Manifest, DeepSftError> {
-    let malformed = DeepSftError::content(MODEL_FILE);
+    let malformed = |error: serde_json::Error| DeepSftError::content(MODEL_FILE)(json_reason(&error));
     let Versioned { format_version: actual } = serde_json::from_slice(json).map_err(&malformed)?;
     if actual != FORMAT_VERSION {
         return Err(DeepSftError::BundleVersion {

@@ -19,7 +19,9 @@ pub enum DeepSftError {
     #[error(transparent)]
     Format(FormatError),
     /// A model bundle was written in another version of the format.
-    #[error("model bundle has format version {actual}, this program reads version {expected}")]
+    #[error(
+        "model bundle has format version {actual}, this program reads version {expected}: use a newer version of it"
+    )]
     BundleVersion {
         /// Version met.
         actual: u32,
@@ -27,10 +29,12 @@ pub enum DeepSftError {
         expected: u32,
     },
     /// The file of a model bundle with this name is missing.
-    #[error("model bundle lacks {0}")]
+    #[error("model bundle lacks {0}: fetch it anew, or name its folder")]
     BundleFileMissing(String),
     /// A file of a model bundle is cut short or too long.
-    #[error("{file} of the model bundle has {actual} bytes, expected {expected}: it was not stored or fetched whole")]
+    #[error(
+        "{file} of the model bundle has {actual} bytes, expected {expected}: it was not stored or fetched whole, fetch it again"
+    )]
     BundleFileSize {
         /// Its name in the bundle.
         file: String,
@@ -40,7 +44,9 @@ pub enum DeepSftError {
         expected: u64,
     },
     /// The file of a model bundle with this name was altered.
-    #[error("{0} of the model bundle is not the file that was published: its SHA-256 differs from the listed one")]
+    #[error(
+        "{0} of the model bundle is not the file that was published: its SHA-256 differs from the listed one, fetch it again"
+    )]
     BundleFileHash(String),
     /// The content of a file of a model bundle does not fit.
     #[error("{file} of the model bundle cannot be used: {reason}")]

@@ -87,7 +87,7 @@ pub struct ClipArguments {
 pub fn run(arguments: &ClipArguments) -> Result<()> {
     let length = length(arguments)?;
     let template = arguments.object.template_to_show()?;
-    let folder = StagedFolder::new(&arguments.out, &CLIP_FOLDER)?;
+    deepsft_formats::check_folder(&arguments.out, &CLIP_FOLDER)?;
     let base = training_camera();
     let scale = arguments.scale as usize;
     let across = base.resized((base.size().width * scale, base.size().height * scale))?;
@@ -105,6 +105,7 @@ pub fn run(arguments: &ClipArguments) -> Result<()> {
         }
         config = config.at_rest();
     }
+    let folder = StagedFolder::new(&arguments.out, &CLIP_FOLDER)?;
     let synthesizer = Synthesizer::new(&template, config)?;
     let story = ClipStory::new(&synthesizer, length, arguments.event, arguments.seed)?;
     let frames = story.length().frames;

@@ -163,10 +163,10 @@ pub fn run(arguments: &ReconstructArguments) -> Result<()> {
             MeshChoice::Fit => None,
             other => Some(other.prepare(target.template())?),
         },
-        name,
         device: device.map(|device| device.to_string()),
         texture_png: encode_png(target.template().texture())?,
-        finder: arguments.descriptors.finder(target)?,
+        finder: arguments.descriptors.finder(target, &name)?,
+        name,
     };
     let _lookalikes = arguments.lookalikes.tell_apart(&arguments.object, &mut object.finder)?;
     let bar = progress::counting(arguments.images.len() as u64, "images");

@@ -158,11 +158,11 @@ pub fn run(arguments: &TrackArguments) -> Result<()> {
     if let Some(clip) = &clip {
         check_template(clip, template).blame("clip", &arguments.video)?;
     }
-    let mut finder = arguments.descriptors.finder(target)?;
+    let mut finder = arguments.descriptors.finder(target, &name)?;
     let _lookalikes = arguments.lookalikes.tell_apart(&arguments.object, &mut finder)?;
     finder.look_for_copies(arguments.copies);
     let first = decode(&mut video)?
-        .ok_or_else(|| anyhow!("it has no frame"))
+        .ok_or_else(|| anyhow!("it has no frame: choose another video"))
         .blame("video", &arguments.video)?;
     let (camera, source) = camera(arguments, &first.0.picture, video.quarters)?;
     let canonical_camera = finder.target().canonical_camera(camera.size());
@@ -309,7 +309,7 @@ fn check_template(clip: &ClipFolder, template: &Template) -> Result<()> {
     if !(is_same(width, size.x) && is_same(height, size.y)) {
         let (x, y) = (size.x, size.y);
         return Err(anyhow!(
-            "its template has {width} x {height} mm, the one to look for {x} x {y} mm"
+            "its template has {width} x {height} mm, the one to look for {x} x {y} mm: look for that one"
         ));
     }
     Ok(())

@@ -47,23 +47,28 @@ impl<R: Read> Yuv4Mpeg<R> {
         };
         let decoder = match Decoder::new_with_limits(counted, Limits { bytes: LARGEST_FRAME }) {
             Ok(decoder) => decoder,
-            Err(Error::EOF) => bail!("it ends before the first frame"),
+            Err(Error::EOF) => bail!("it ends before the first frame: copy it again from where it came"),
             Err(Error::IoError(error)) => return Err(error.into()),
-            Err(Error::OutOfMemory) => bail!("its frames take more than {} MiB", LARGEST_FRAME >> 20),
-            Err(error) => bail!("its header is not one of YUV4MPEG2: {error}"),
+            Err(Error::OutOfMemory) => bail!(
+                "its frames take more than {} MiB: make them smaller",
+                LARGEST_FRAME >> 20
+            ),
+            Err(error) => bail!("its header is not one of YUV4MPEG2 ({error}): copy it again, or export it as MP4"),
         };
         let chroma = match decoder.get_colorspace() {
             Colorspace::Cmono => None,
             Colorspace::C420 | Colorspace::C420jpeg | Colorspace::C420mpeg2 | Colorspace::C420paldv => Some([2, 2]),
             Colorspace::C422 => Some([2, 1]),
             Colorspace::C444 => Some([1, 1]),
-            other => bail!("its colour space is {other:?}; 8 bits a sample can be read"),
+            other => bail!(
+                "its colour space is {other:?}, and 8 bits a sample are read: convert it (ffmpeg -pix_fmt yuv420p)"
+            ),
         };
         let (width, height) = (decoder.get_width(), decoder.get_height());
         let rate = decoder.get_framerate();
         if width == 0 || height == 0 || rate.num == 0 || rate.den == 0 {
             bail!(
-                "its header tells {width} x {height} pixels and {}/{} frames per second",
+                "its header tells {width} x {height} pixels and {}/{} frames per second: export it again",
                 rate.num,
                 rate.den
             );
@@ -95,9 +100,13 @@ impl<R: Read> Iterator for Yuv4Mpeg<R> {
             Ok(frame) => Ok(picture(&frame, size, self.chroma, self.full_range)),
             // The reader tells the end of the stream and the end within a frame alike.
             Err(Error::EOF) if self.since_frame.get() == 0 => return None,
-            Err(Error::EOF) => Err(anyhow::anyhow!("it ends within a frame")),
+            Err(Error::EOF) => Err(anyhow::anyhow!(
+                "it ends within a frame: copy it again from where it came"
+            )),
             Err(Error::IoError(error)) => Err(error.into()),
-            Err(error) => Err(anyhow::anyhow!("a frame of it cannot be read: {error}")),
+            Err(error) => Err(anyhow::anyhow!(
+                "a frame of it cannot be read ({error}): copy it again from where it came"
+            )),
         })
     }
 }
@@ -113,7 +122,9 @@ fn check_size(header: &[u8]) -> Result<()> {
         if let Ok(side) = String::from_utf8_lossy(digits).parse::<u64>()
             && side > MAX_PICTURE_SIDE_PX.into()
         {
-            bail!("its frames have {side} pixels along a side, at most {MAX_PICTURE_SIDE_PX} can be read");
+            bail!(
+                "its frames have {side} pixels along a side, at most {MAX_PICTURE_SIDE_PX} can be read: make them smaller"
+            );
         }
     }
     Ok(())

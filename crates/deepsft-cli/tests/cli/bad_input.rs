@@ -72,7 +72,7 @@ fn an_image_that_is_none_is_refused_with_its_name_and_the_cause() {
         "--out",
         "template",
     ];
-    deepsft(folder.path(), &new).fails(INVALID_INPUT, &["none.png", "No such file"]);
+    deepsft(folder.path(), &new).fails(INVALID_INPUT, &["none.png", "no such file"]);
 }
 
 #[test]
@@ -107,7 +107,7 @@ fn a_camera_file_that_describes_no_camera_is_refused() {
         (CAMERA.replace("\"fx\": 500.0", "\"fx\": NaN"), "line 1 column"),
         (CAMERA.replace("\"cy\": 180.0", "\"cy\": 1e999"), "out of range"),
         (CAMERA[..50].to_owned(), "EOF"),
-        (String::new(), "EOF"),
+        (String::new(), "it is empty"),
         (
             CAMERA.replace("360", "480"),
             "it is for images of 640 x 480 pixels, this one has 640 x 360",

@@ -16,6 +16,7 @@ mod kinds;
 mod lookalikes;
 mod meshes;
 mod recordings;
+mod refusals;
 mod synthesis;
 mod tracking;
 mod videos;

@@ -274,7 +274,7 @@ fn what_is_no_video_is_refused_and_nothing_is_written() {
     let path = folder.path();
     fs::create_dir(path.join("empty")).unwrap();
     track(path, "model", &["empty"]).fails(INVALID_INPUT, &["folder of frames empty", "no picture in it"]);
-    track(path, "model", &["nowhere.mp4"]).fails(INVALID_INPUT, &["video nowhere.mp4", "No such file"]);
+    track(path, "model", &["nowhere.mp4"]).fails(INVALID_INPUT, &["video nowhere.mp4", "no such file"]);
 
     for name in ["f1.png", "f2.png", "f3.png"] {
         write_frame(&path.join("broken"), name, 64);

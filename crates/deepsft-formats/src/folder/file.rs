@@ -2,6 +2,7 @@
 
 use super::steps::step;
 use crate::error::FormatError;
+use crate::reasons::write_error;
 use std::fs;
 use std::io::{self, ErrorKind, Write};
 use std::path::Path;
@@ -14,7 +15,7 @@ const UNFINISHED_FILE: &str = ".unfinished-";
 /// # Errors
 /// [`FormatError::Write`]; what was there before is still there then.
 pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), FormatError> {
-    write(path, bytes).map_err(|error| FormatError::unwritten(path, error))
+    write(path, bytes).map_err(|error| FormatError::unwritten(path, write_error(error)))
 }
 
 /// As [`write_file`]; the error names no path.

@@ -2,6 +2,7 @@
 
 use super::file::parent;
 use crate::error::FormatError;
+use crate::reasons::write_error;
 use std::fs::{self, File, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -31,7 +32,7 @@ impl FolderLock {
     /// # Errors
     /// [`FormatError::Locked`] when another process has it, [`FormatError::Write`] when the lock cannot be made.
     pub fn acquire(folder: &Path) -> Result<Self, FormatError> {
-        let unwritten = |error: io::Error| FormatError::unwritten(folder, format!("it cannot be locked: {error}"));
+        let unwritten = |error: io::Error| FormatError::unwritten(folder, write_error(error));
         fs::create_dir_all(parent(folder)).map_err(unwritten)?;
         // By its own name: `.` and links to it are one folder.
         let folder = match fs::canonicalize(folder) {

@@ -3,8 +3,9 @@
 use crate::camera::camera_from_json;
 use crate::error::FormatError;
 use crate::picture::{decode_picture, is_picture};
+use crate::reasons::read_error;
 #[cfg(feature = "scan")]
-use crate::scan::{Scan, read_scan};
+use crate::scan::{Scan, ScanPart, read_scan};
 use crate::template::{TEMPLATE_FILE, TemplateFile};
 use deepsft_geometry::{Camera, Template};
 use std::path::{Path, PathBuf};
@@ -15,7 +16,7 @@ use std::{fs, io};
 /// # Errors
 /// [`FormatError::Unusable`] when it is missing, corrupt or unfit.
 pub fn read_camera(path: &Path) -> Result<Camera, FormatError> {
-    let bytes = fs::read(path).map_err(|error| FormatError::unusable("camera file", path, error))?;
+    let bytes = fs::read(path).map_err(|error| FormatError::unusable("camera file", path, read_error(error)))?;
     let camera = camera_from_json(&bytes);
     #[cfg(feature = "cameras")]
     let camera = camera.or_else(|own| match own {
@@ -30,16 +31,22 @@ pub fn read_camera(path: &Path) -> Result<Camera, FormatError> {
 /// # Errors
 /// [`FormatError::Unusable`] with the file that is missing, corrupt or unfit.
 pub fn read_template(folder: &Path) -> Result<Template, FormatError> {
-    let read = |what, path: &Path| fs::read(path).map_err(|error| FormatError::unusable(what, path, error));
+    let read = |what, path: &Path| fs::read(path).map_err(|error| FormatError::unusable(what, path, read_error(error)));
     let description = folder.join(TEMPLATE_FILE);
+    if !description.exists() {
+        let reason = format!("there is no {TEMPLATE_FILE} in it: name the folder of a template");
+        return Err(FormatError::unusable("template", folder, reason));
+    }
     let file = TemplateFile::parse(&read("template", &description)?)
         .map_err(|error| FormatError::unusable("template", &description, error))?;
     let texture = folder.join(file.texture());
     let (with_texture, with_mesh) = ("template with the texture", "template with the mesh");
     let pixels = read(with_texture, &texture)?;
-    let unfit = |error| FormatError::unusable(with_texture, &texture, error);
+    let unfit = |error| match error {
+        FormatError::Template(error) => FormatError::unusable("template", &description, error),
+        error => FormatError::unusable(with_texture, &texture, error),
+    };
     let Some(name) = file.mesh() else {
-        // The size stands in the description, the rest of what can be wrong in the texture.
         return file.template(&pixels, None).map_err(unfit);
     };
     let mesh = folder.join(name);
@@ -60,27 +67,32 @@ pub fn pictures_in(folder: &Path, what: &'static str) -> Result<Vec<PathBuf>, Fo
         pictures.retain(|path| is_picture(path));
         pictures.sort();
         match pictures.is_empty() {
-            true => Err(io::Error::other("there is no picture in it (PNG or JPEG)")),
+            true => Err(io::Error::other(
+                "there is no picture in it: put PNG or JPEG files there",
+            )),
             false => Ok(pictures),
         }
     };
-    list().map_err(|error| FormatError::unusable(what, folder, error))
+    list().map_err(|error| FormatError::unusable(what, folder, read_error(error)))
 }
 
-/// Reads the scan at `path` with the files beside it. `texture`, if given, is the picture file of all its parts.
+/// Reads the scan at `path` with the files beside it. `texture`, if given, is the picture file of all its parts. A scan without texture and
+/// colours has the one picture beside it, if there is one.
 ///
 /// # Errors
 /// [`FormatError::File`] for a file that cannot be read, and those of [`read_scan`].
 #[cfg(feature = "scan")]
 pub fn read_scan_file(path: &Path, texture: Option<&Path>) -> Result<Scan, FormatError> {
-    let picture = |path| decode_picture(&read_bounded(path)?).map_err(|error| FormatError::unreadable(path, error));
+    let picture =
+        |path: &Path| decode_picture(&read_bounded(path)?).map_err(|error| FormatError::unreadable(path, error));
     let texture = texture.map(picture).transpose()?;
     let folder = path
         .parent()
         .filter(|folder| *folder != Path::new(""))
         .unwrap_or(Path::new("."));
     let name = path.file_name().unwrap_or_default().to_string_lossy();
-    read_scan(&name, &read_bounded(path)?, texture, &|beside| {
+    let bytes = read_bounded(path)?;
+    let beside = |beside: &Path| {
         let path = folder.join(beside);
         if path.exists() {
             return read_bounded(&path);
@@ -95,16 +107,39 @@ pub fn read_scan_file(path: &Path, texture: Option<&Path>) -> Result<Scan, Forma
             .flatten();
         let alike = entries.find(|entry| entry.file_name().eq_ignore_ascii_case(wanted));
         read_bounded(&alike.map_or(path, |entry| entry.path()))
-    })
+    };
+    let is_given = texture.is_some();
+    let scan = read_scan(&name, &bytes, texture, &beside)?;
+    let is_bare = |part: &ScanPart| part.texture.is_none() && part.colors.is_empty();
+    let mut parts = scan.parts.iter().filter(|part| !part.faces.is_empty()).peekable();
+    if is_given || parts.peek().is_none() || !parts.all(is_bare) {
+        return Ok(scan);
+    }
+    // Where the only picture beside it is no texture, what is wrong with the scan itself is told.
+    let lone = pictures_in(folder, "folder")
+        .ok()
+        .filter(|pictures| pictures.len() == 1);
+    let Some((path, texture)) = lone.and_then(|lone| Some((lone[0].clone(), picture(&lone[0]).ok()?))) else {
+        return Ok(scan);
+    };
+    let mut textured = read_scan(&name, &bytes, Some(texture), &beside)?;
+    textured.notes.extend(scan.notes);
+    let note = format!(
+        "it names no texture: the one picture beside it was taken, {}",
+        path.display()
+    );
+    textured.notes.push(note);
+    Ok(textured)
 }
 
 /// The bytes of a file of at most 4 GiB. Devices and pipes, which may never end, are refused.
 #[cfg(feature = "scan")]
 fn read_bounded(path: &Path) -> Result<Vec<u8>, FormatError> {
     let read = || match fs::metadata(path)? {
-        file if !file.is_file() => Err(io::Error::other("it is not a file")),
-        file if file.len() > 4 << 30 => Err(io::Error::other("it is larger than 4 GiB")),
+        file if file.is_dir() => Err(io::Error::other("it is a folder: name a file in it")),
+        file if !file.is_file() => Err(io::Error::other("it is a device or a pipe: name a file")),
+        file if file.len() > 4 << 30 => Err(io::Error::other("it is larger than 4 GiB: make it smaller")),
         _ => fs::read(path),
     };
-    read().map_err(|error| FormatError::unreadable(path, error))
+    read().map_err(|error| FormatError::unreadable(path, read_error(error)))
 }

@@ -6,6 +6,7 @@ use super::steps::kill;
 use super::steps::step;
 use super::{FolderKind, FolderLock};
 use crate::error::FormatError;
+use crate::reasons::write_error;
 use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::fs;
@@ -73,7 +74,7 @@ impl StagedFolder {
             remove_folder(&beside)?;
             step(|| fs::create_dir(&beside))
         };
-        begin().map_err(|error| FormatError::unwritten(place, error))?;
+        begin().map_err(|error| FormatError::unwritten(place, write_error(error)))?;
         Ok(Self {
             place: place.to_path_buf(),
             beside,
@@ -96,7 +97,7 @@ impl StagedFolder {
         recover_folder(place)?;
         let (beside, leaving) = (unfinished_folder(place), hidden(place, "partial"));
         let begun = |folder: &Path| resumed_by.iter().any(|name| folder.join(name).is_file());
-        let unwritten = |error| FormatError::unwritten(&beside, error);
+        let unwritten = |error| FormatError::unwritten(&beside, write_error(error));
         let recover = || match begun(&leaving) && !beside.exists() {
             // Its process was killed while it came to its place.
             true => step(|| fs::rename(&leaving, &beside)),
@@ -128,7 +129,8 @@ impl StagedFolder {
     /// # Errors
     /// [`FormatError::Write`] names the file by the folder's place.
     pub fn write(&self, name: &str, bytes: &[u8]) -> Result<(), FormatError> {
-        write(&self.beside.join(name), bytes).map_err(|error| FormatError::unwritten(&self.place.join(name), error))
+        write(&self.beside.join(name), bytes)
+            .map_err(|error| FormatError::unwritten(&self.place.join(name), write_error(error)))
     }
 
     /// Writes `files` into it.
@@ -240,7 +242,7 @@ pub fn recover_folder(place: &Path) -> Result<(), FormatError> {
         true => remove_folder(&old),
         false => step(|| fs::rename(&old, place)),
     };
-    recover().map_err(|error| FormatError::unwritten(place, error))
+    recover().map_err(|error| FormatError::unwritten(place, write_error(error)))
 }
 
 fn remove_files(folder: &Path, names: &[&str]) -> io::Result<()> {
@@ -289,8 +291,11 @@ fn hidden(place: &Path, ending: &str) -> PathBuf {
 /// # Errors
 /// [`FormatError::ForeignFolder`] when it would not, [`FormatError::File`] when it cannot be told.
 pub fn check_folder(path: &Path, kind: &FolderKind) -> Result<(), FormatError> {
-    let unreadable =
-        |error: io::Error| FormatError::unreadable(path, format!("could not look into the folder: {error}"));
+    if path.is_file() {
+        let reason = "it is a file, and a folder is written: choose another name";
+        return Err(FormatError::unreadable(path, reason));
+    }
+    let unreadable = |error| FormatError::unreadable(path, write_error(error));
     let is_empty = entries(path).map_err(unreadable)?.is_empty();
     if !is_empty && !kind.known_by.iter().any(|marker| path.join(marker).is_file()) {
         return Err(FormatError::ForeignFolder {

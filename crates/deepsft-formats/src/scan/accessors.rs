@@ -40,7 +40,7 @@ impl<'a> Buffers<'a> {
             };
             total = total.saturating_add(bytes.len());
             if total > MAX_BUFFER_BYTES {
-                return refused("its buffers have more than 1 GiB");
+                return refused("its buffers have more than 1 GiB: make it coarser");
             }
             buffers.push(bytes);
         }
@@ -63,7 +63,7 @@ impl<'a> Buffers<'a> {
         match end.and_then(|end| buffer.get(start..end)) {
             Some(bytes) => Ok((bytes, stride)),
             None => refused(format!(
-                "buffer view {index} reaches beyond its buffer: the file is cut short"
+                "buffer view {index} reaches beyond its buffer: the file is cut short or damaged, export it again"
             )),
         }
     }
@@ -76,7 +76,9 @@ impl<'a> Buffers<'a> {
             return refused(format!("accessor {index} is not of the type {:?}", kinds[N - 1]));
         }
         if accessor.sparse.is_some() {
-            return refused(format!("accessor {index} is sparse, which is not read"));
+            return refused(format!(
+                "accessor {index} is sparse, which is not read: export it without"
+            ));
         }
         let component = match &accessor.component_type {
             Checked::Valid(component) => component.0,
@@ -106,7 +108,7 @@ impl<'a> Buffers<'a> {
         let end = last.and_then(|last| last.checked_add(length));
         if end.is_none_or(|end| end > bytes.len() as u64) {
             return refused(format!(
-                "accessor {index} reaches beyond its data: the file is cut short"
+                "accessor {index} reaches beyond its data: the file is cut short or damaged, export it again"
             ));
         }
         if self.elements > MAX_ELEMENTS {

@@ -124,22 +124,29 @@ fn colored(parts: Vec<ScanPart>, notes: &mut Vec<String>) -> Result<Vec<ScanPart
         colored.iter().all(|part| part.texture.is_none()) && colors.all(|color| Some(color) == first)
     };
     let names = |parts: &[ScanPart]| {
-        let mut names: Vec<String> = parts.iter().map(|part| format!("{:?}", part.name)).collect();
+        let named = parts.iter().filter(|part| !part.name.is_empty());
+        let mut names: Vec<String> = named.map(|part| format!("{:?}", part.name)).collect();
         names.dedup();
-        names.join(", ")
+        match names.is_empty() {
+            true => "a part of it".to_owned(),
+            false => format!("its part {}", names.join(", ")),
+        }
     };
     let refusal = match (colored.is_empty(), bare.is_empty()) {
-        (true, true) => "it has no faces with a place in a texture or a colour".to_owned(),
+        (true, true) => {
+            "it has no faces with a place in a texture or a colour: export it as a mesh with texture coordinates"
+                .to_owned()
+        }
         (true, false) => format!(
-            "its part {} names no texture: give one (on the command line with --texture)",
+            "{} has no texture: give one (on the command line with --texture)",
             names(&bare)
         ),
         (false, _) if is_of_one_color => format!(
-            "its part {} has one colour and no texture, so that nothing on it can be told apart: give a texture (on the command line with --texture)",
+            "{} has one colour and no texture, so that nothing on it can be told apart: give a texture (on the command line with --texture)",
             names(&colored)
         ),
         (false, false) => {
-            notes.push(format!("what has no texture was left out: its part {}", names(&bare)));
+            notes.push(format!("what has no texture was left out: {}", names(&bare)));
             return Ok(colored);
         }
         (false, true) => return Ok(colored),

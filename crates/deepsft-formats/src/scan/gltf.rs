@@ -4,6 +4,7 @@ use super::accessors::{Buffers, content, named};
 use super::baking::from_linear;
 use super::{ScanPart, Textures, Wrap, refused};
 use crate::error::FormatError;
+use crate::reasons::json_reason;
 use deepsft_geometry::glam::{DAffine2, DMat4, DQuat, DVec2, DVec3, Mat4, Quat, Vec2, Vec3};
 use gltf::binary::Glb;
 use gltf::json::mesh::{Mode, Primitive, Semantic};
@@ -44,16 +45,23 @@ pub(super) fn parts(bytes: &[u8], textures: &mut Textures<'_>) -> Result<Vec<Sca
         let length = word.map(u32::from_le_bytes);
         // The crate takes the header's length for at least its own.
         if length.is_none_or(|length| (length as usize) < GLB_HEADER) {
-            return refused("it is cut short");
+            return refused("it is cut short: copy it again from where it came");
         }
-        let glb = Glb::from_slice(bytes).or_else(|error| refused(format!("it is no whole binary glTF: {error}")))?;
+        let glb = Glb::from_slice(bytes).or_else(|error| {
+            refused(format!(
+                "it is no whole binary glTF ({error}): copy it again from where it came"
+            ))
+        })?;
         (glb.json, glb.bin)
     } else {
         (bytes.into(), None)
     };
-    let root = Root::from_slice(&json).or_else(|error| refused(format!("its JSON cannot be read: {error}")))?;
+    let root = Root::from_slice(&json).or_else(|error| refused(json_reason(&error)))?;
     if !root.asset.version.starts_with("2.") {
-        return refused(format!("it is glTF of version {:?}, expected 2.0", root.asset.version));
+        return refused(format!(
+            "it is glTF of version {:?}, and 2.0 is read: export it anew",
+            root.asset.version
+        ));
     }
     let needed = |extension: &&String| !MEANINGLESS.iter().any(|start| extension.starts_with(start));
     if let Some(extension) = root.extensions_required.iter().find(needed) {
@@ -63,7 +71,7 @@ pub(super) fn parts(bytes: &[u8], textures: &mut Textures<'_>) -> Result<Vec<Sca
     }
     let buffers = Buffers::new(&root, binary.as_deref(), textures)?;
     let Some(scene) = root.get(root.scene.unwrap_or(Index::<Scene>::new(0))) else {
-        return refused("it has no scene");
+        return refused("it has no scene: export it with its scene");
     };
     let mut reading = Reading {
         json: &json,
@@ -187,7 +195,9 @@ impl Reading<'_, '_> {
             None => (0..vertices).collect(),
         };
         if let Some(index) = corners.iter().find(|&&index| index >= vertices) {
-            return refused(format!("a face names vertex {index}, there are {vertices}"));
+            return refused(format!(
+                "a face names vertex {index}, there are {vertices}: export it again"
+            ));
         }
         let mut faces = corners.as_chunks::<3>().0.to_vec();
         if scene_from_node.determinant() < 0.0 {

@@ -61,7 +61,7 @@ pub(super) fn parts(bytes: &[u8], textures: &mut Textures<'_>) -> Result<Vec<Sca
         let mut corner = |(k, &v): (usize, &usize)| {
             let Some(&position) = vertices.positions.get(v) else {
                 let count = vertices.positions.len();
-                return refused(format!("a face names vertex {v}, there are {count}"));
+                return refused(format!("a face names vertex {v}, there are {count}: export it again"));
             };
             let place = face.places.get(k).or_else(|| vertices.places.get(v));
             let place = place.copied().unwrap_or_default();
@@ -214,12 +214,17 @@ impl Header {
         let (mut rest, mut form) = (bytes, None);
         loop {
             let Some(end) = rest.iter().position(|&byte| byte == b'\n') else {
-                return refused("its header has no end: the file is cut short, or no PLY");
+                return refused("its header has no end: it is cut short, or no PLY; export it again");
             };
             let line = String::from_utf8_lossy(&rest[..end]).into_owned();
             rest = &rest[end + 1..];
             let words: Vec<&str> = line.split_ascii_whitespace().collect();
-            let not_understood = || refused(format!("a line of its header is not understood: {:?}", line.trim()));
+            let not_understood = || {
+                refused(format!(
+                    "a line of its header is not understood: {:?}; export it again",
+                    line.trim()
+                ))
+            };
             match words.as_slice() {
                 ["format", "ascii", _] => form = Some(Form::Text),
                 ["format", "binary_little_endian", _] => form = Some(Form::LittleEndian),
@@ -328,7 +333,10 @@ impl Numbers<'_> {
             let (word, rest) = word.split_at(end);
             self.rest = rest;
             let number = str::from_utf8(word).ok().and_then(|word| word.parse().ok());
-            return number.map_or_else(|| refused("a number is missing: the file is cut short or damaged"), Ok);
+            return number.map_or_else(
+                || refused("a number is missing: it is cut short or damaged, copy it again"),
+                Ok,
+            );
         }
         Ok(match kind {
             Kind::I8 => self.bytes().map(i8::from_le_bytes)?.into(),
@@ -345,7 +353,7 @@ impl Numbers<'_> {
     /// The bytes of a binary number, the least first.
     fn bytes<const N: usize>(&mut self) -> Result<[u8; N], FormatError> {
         let Some((bytes, rest)) = self.rest.split_first_chunk::<N>() else {
-            return refused("its numbers end too early: the file is cut short");
+            return refused("its numbers end too early: it is cut short, copy it again");
         };
         self.rest = rest;
         let mut bytes = *bytes;

@@ -42,6 +42,9 @@ pub fn read_scan_decoding(
         bytes: 0,
         notes: Vec::new(),
     };
+    if bytes.is_empty() {
+        return refused("it is empty (0 bytes): copy it again from where it came");
+    }
     let ending = Path::new(file_name).extension().unwrap_or_default();
     let (mut parts, mm_per_unit) = match ending.to_ascii_lowercase().to_str() {
         Some("obj") => (obj::parts(bytes, &mut textures)?, 1.0),

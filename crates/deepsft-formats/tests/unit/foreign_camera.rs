@@ -197,6 +197,16 @@ fn what_is_missing_or_unknown_is_said() {
     assert!(refused("hello: [1, 2]").contains("camera matrix"));
     let omni = KALIBR.replace("camera_model: pinhole", "camera_model: omni");
     assert!(refused(&omni).contains("omni"));
+    // Their models have other numbers of intrinsics.
+    for more in ["1.2", "0.1, 0.5"] {
+        let longer = omni.replace("intrinsics: [1010.0,", &format!("intrinsics: [{more}, 1010.0,"));
+        assert!(refused(&longer).contains("lens model"), "{}", refused(&longer));
+    }
+    assert!(refused("1 OPENCV 960 540 760 760 480").contains("export OPENCV (8 numbers)"));
+    assert!(refused("1 PINHOLE 960 540 760 many 480 270").contains("\"many\""));
+    assert!(refused("k: [1, 0, 1, 0, 1, 1, 0, 0]\nw: 4\nh: 3\n").contains("8 numbers"));
+    assert!(refused("\0\0").contains("no text"));
+    assert!(!refused("a:\n\tb: [").contains('\n'), "a sentence has one line");
     let inverse = REALSENSE.replace("[0.0, ", "[0.1, ");
     assert!(refused(&inverse).contains("inverse"));
     assert!(!refused("<a><b></a>").is_empty());

@@ -22,6 +22,8 @@ mod obj;
 mod picture;
 #[cfg(feature = "scan")]
 mod ply;
+#[cfg(all(feature = "fs", feature = "scan"))]
+mod scan_folder;
 #[cfg(feature = "scan")]
 mod scanned_obj;
 mod template;

@@ -78,7 +78,7 @@ fn a_picture_of_20000_by_20000_pixels_is_refused_before_it_is_decoded() {
     let refusal = |png: &[u8]| decode_picture(png).unwrap_err().to_string();
     assert_eq!(
         refusal(&png_header(20_000, 20_000)),
-        "picture cannot be read: a size of 20000 x 20000 pixels is too large: a side has at most 16384 pixels"
+        "picture cannot be read: a size of 20000 x 20000 pixels is too large: make it smaller, a side has at most 16384 pixels"
     );
     // 15,000 x 15,000 RGB has short enough sides but 675 million bytes. So has a grey picture of one bit per pixel, whose
     // file and whose decoded bytes are smaller.
@@ -88,7 +88,7 @@ fn a_picture_of_20000_by_20000_pixels_is_refused_before_it_is_decoded() {
     for png in [one_bit, png_header(15_000, 15_000)] {
         assert_eq!(
             refusal(&png),
-            "picture cannot be read: a size of 15000 x 15000 pixels is too large: decoded it takes 644 MiB, at most 512 are read"
+            "picture cannot be read: a size of 15000 x 15000 pixels is too large: make it smaller, decoded it takes 644 MiB and at most 512 are read"
         );
     }
 }

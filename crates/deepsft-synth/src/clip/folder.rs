@@ -3,7 +3,7 @@
 use super::ClipStory;
 use crate::dataset::DatasetFolder;
 use crate::sample::Sample;
-use deepsft_formats::{CAMERA_FILE, FormatError, read_camera};
+use deepsft_formats::{CAMERA_FILE, FormatError, json_reason, read_camera, read_error};
 use deepsft_geometry::Camera;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -82,7 +82,8 @@ impl ClipFolder {
             return Ok(None);
         }
         let read = || -> io::Result<ClipDescription> {
-            let description: ClipDescription = serde_json::from_slice(&fs::read(&path)?)?;
+            let description: ClipDescription = serde_json::from_slice(&fs::read(&path).map_err(read_error)?)
+                .map_err(|error| io::Error::other(json_reason(&error)))?;
             if description.format_version != FORMAT_VERSION {
                 let version = description.format_version;
                 return Err(io::Error::other(format!(

@@ -3,7 +3,7 @@
 use super::Reason;
 use super::entries::{DEPTH_UNITS_PER_MM, UV_ONE};
 use crate::error::SynthError;
-use deepsft_formats::{fingerprint, template_fingerprint};
+use deepsft_formats::{fingerprint, json_reason, template_fingerprint};
 use deepsft_geometry::Template;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -116,7 +116,7 @@ impl DatasetDescription {
 
     /// Reads the text of `dataset.json`, whose version and units must be ours.
     pub(super) fn from_json(text: &[u8]) -> Result<Self, Reason> {
-        let description: Self = serde_json::from_slice(text)?;
+        let description: Self = serde_json::from_slice(text).map_err(|error| json_reason(&error))?;
         let units = |version: u32, depth_unit_mm: f64, uv_one: u32| {
             format!("format version {version}, depth unit {depth_unit_mm} mm, uv one {uv_one}")
         };
@@ -127,7 +127,7 @@ impl DatasetDescription {
         );
         let ours = units(FORMAT_VERSION, f64::from(1.0 / DEPTH_UNITS_PER_MM), UV_ONE as u32);
         if theirs != ours {
-            return Err(format!("it is of {theirs}, expected {ours}").into());
+            return Err(format!("it is of {theirs}, expected {ours}: make it anew with this version").into());
         }
         if let Some(name) = description.shards.iter().find(|name| name.contains(['/', '\\'])) {
             return Err(format!("it names a shard outside of its folder: {name:?}").into());

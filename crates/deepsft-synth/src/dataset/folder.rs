@@ -3,7 +3,7 @@
 use super::description::{DATASET_FILE, DatasetDescription};
 use super::part::{DatasetPart, dataset_parts};
 use super::{DATA_SET, Reason, SHARD};
-use deepsft_formats::{FormatError, sha256_file, unfinished_folder};
+use deepsft_formats::{FormatError, read_error, sha256_file, unfinished_folder};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -64,7 +64,7 @@ impl DatasetFolder {
     pub fn check_shards(&self) -> Result<(), FormatError> {
         for (number, path) in self.shards().enumerate() {
             let wrong = match (fs::metadata(&path), self.description.shard_bytes.get(number)) {
-                (Err(error), _) => error.to_string(),
+                (Err(error), _) => read_error(error).to_string(),
                 (Ok(file), Some(&bytes)) if bytes != file.len() => {
                     format!("it has {} bytes and should have {bytes}", file.len())
                 }
@@ -94,7 +94,9 @@ impl DatasetFolder {
 pub(super) fn check_hash(path: &Path, expected: &str) -> Result<(), FormatError> {
     let reason = match sha256_file(path) {
         Ok(hash) if hash == expected => return Ok(()),
-        Ok(_) => "it is not the shard that was written: its SHA-256 differs from the described one".to_owned(),
+        Ok(_) => {
+            "it is not the shard that was written: its SHA-256 differs from the described one, copy it again".to_owned()
+        }
         Err(error) => error.to_string(),
     };
     Err(FormatError::unusable(SHARD, path, reason))
@@ -106,7 +108,7 @@ fn merged(folder: &Path, of: u64) -> Result<DatasetDescription, Reason> {
     for part in DatasetPart::all(of) {
         let name = part.folder_name();
         if !folder.join(&name).join(DATASET_FILE).exists() {
-            return Err(format!("{name} is not there yet").into());
+            return Err(format!("{name} is not there yet: make it with the same command and its --shard").into());
         }
         let mut part = description_in(&folder.join(&name))?;
         part.shards
@@ -132,6 +134,6 @@ fn merged(folder: &Path, of: u64) -> Result<DatasetDescription, Reason> {
 /// Reads and checks the description in `folder`.
 fn description_in(folder: &Path) -> Result<DatasetDescription, FormatError> {
     let path = folder.join(DATASET_FILE);
-    let read = || -> Result<_, Reason> { DatasetDescription::from_json(&fs::read(&path)?) };
+    let read = || -> Result<_, Reason> { DatasetDescription::from_json(&fs::read(&path).map_err(read_error)?) };
     read().map_err(|reason| FormatError::unusable(DATA_SET, &path, reason))
 }

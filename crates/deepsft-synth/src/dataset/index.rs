@@ -4,7 +4,7 @@ use super::entries::{ENTRIES, decode};
 use super::folder::{DatasetFolder, check_hash};
 use super::{DATA_SET, Reason, SHARD};
 use crate::sample::Sample;
-use deepsft_formats::{FormatError, guarded};
+use deepsft_formats::{FormatError, guarded, read_error};
 use deepsft_geometry::Camera;
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
@@ -150,7 +150,7 @@ impl DatasetFolder {
 
 /// Where the samples of the shard at `path` lie.
 fn places(path: &Path) -> Result<Vec<Places>, Reason> {
-    let file = File::open(path)?;
+    let file = File::open(path).map_err(read_error)?;
     let length = file.metadata()?.len();
     let mut archive = tar::Archive::new(file);
     let mut samples: Vec<(String, [Option<Range<u64>>; 4])> = Vec::new();
@@ -171,7 +171,10 @@ fn places(path: &Path) -> Result<Vec<Places>, Reason> {
         }
         let actual = length.saturating_sub(start);
         if actual < size {
-            return Err(format!("its entry {name} has {actual} bytes, expected {size}").into());
+            return Err(format!(
+                "its entry {name} has {actual} bytes, expected {size}: it was cut short, copy it again"
+            )
+            .into());
         }
         if samples.last().is_none_or(|(last, _)| last != key) {
             samples.push((key.to_owned(), [const { None }; 4]));
@@ -193,7 +196,7 @@ fn places(path: &Path) -> Result<Vec<Places>, Reason> {
 
 /// The contents of the entries of a sample of the shard at `path`.
 fn contents(path: &Path, places: &Places) -> Result<[Vec<u8>; 4], Reason> {
-    let mut file = File::open(path)?;
+    let mut file = File::open(path).map_err(read_error)?;
     let mut contents = [const { Vec::new() }; 4];
     for (content, place) in contents.iter_mut().zip(places) {
         content.resize((place.end - place.start) as usize, 0);

@@ -1,7 +1,7 @@
 //! Which colour and depth pictures of a recording belong together.
 
 use crate::error::SynthError;
-use deepsft_formats::is_picture;
+use deepsft_formats::{is_picture, read_error};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
@@ -42,12 +42,15 @@ pub(super) fn pairs(folder: &Path) -> Result<Vec<Pair>, SynthError> {
     for path in pairs.iter().flat_map(|pair| [&pair.rgb, &pair.depth]) {
         let path = folder.join(path);
         if !path.is_file() {
-            return Err(SynthError::recording("there is no such picture", &path));
+            return Err(SynthError::recording(
+                "there is no such picture: add it, or take its line out",
+                &path,
+            ));
         }
     }
     if pairs.is_empty() {
         return Err(SynthError::recording(
-            "there are no pictures in it",
+            "there are no pictures in it: a recording has PNG or JPEG files there",
             &folder.join(RGB_FOLDER),
         ));
     }
@@ -91,13 +94,17 @@ fn by_name(folder: &Path) -> Result<Vec<Pair>, SynthError> {
     let mut pairs = Vec::new();
     for (name, rgb) in pictures(folder, RGB_FOLDER)? {
         let Some(depth) = depth.remove(&name) else {
-            let reason = format!("it has no partner {DEPTH_FOLDER}/{name}.png, and there is no {ASSOCIATIONS_FILE}");
+            let reason = format!(
+                "it has no partner {DEPTH_FOLDER}/{name}.png, and there is no {ASSOCIATIONS_FILE}: add one of them, or remove it"
+            );
             return Err(SynthError::recording(reason, &folder.join(rgb)));
         };
         pairs.push(Pair { rgb, depth });
     }
     if let Some((name, path)) = depth.first_key_value() {
-        let reason = format!("it has no partner {RGB_FOLDER}/{name}.png, and there is no {ASSOCIATIONS_FILE}");
+        let reason = format!(
+            "it has no partner {RGB_FOLDER}/{name}.png, and there is no {ASSOCIATIONS_FILE}: add one of them, or remove it"
+        );
         return Err(SynthError::recording(reason, &folder.join(path)));
     }
     Ok(pairs)
@@ -106,7 +113,7 @@ fn by_name(folder: &Path) -> Result<Vec<Pair>, SynthError> {
 /// The PNG and JPEG files of a folder of the recording by name, with their paths within the recording.
 fn pictures(folder: &Path, name: &str) -> Result<BTreeMap<String, PathBuf>, SynthError> {
     let path = folder.join(name);
-    let unreadable = |error: std::io::Error| SynthError::recording(error.to_string(), &path);
+    let unreadable = |error| SynthError::recording(read_error(error).to_string(), &path);
     let mut pictures = BTreeMap::new();
     for entry in fs::read_dir(&path).map_err(unreadable)? {
         let file = PathBuf::from(entry.map_err(unreadable)?.file_name());

@@ -5,7 +5,7 @@ use crate::error::SynthError;
 use crate::recording::alignment::DepthAlignment;
 use crate::recording::pairing::{self, MASK_FOLDER, Pair};
 use crate::recording::sensor::RgbdSensor;
-use deepsft_formats::{CAMERA_FILE, FormatError};
+use deepsft_formats::{CAMERA_FILE, FormatError, read_error};
 use deepsft_geometry::{Camera, CanonicalWarp, Picture};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -52,7 +52,8 @@ impl Recording {
     /// without its partner, no pictures at all.
     pub fn open(folder: &Path) -> Result<Self, SynthError> {
         let camera = folder.join(CAMERA_FILE);
-        let text = fs::read_to_string(&camera).map_err(|error| SynthError::recording(error.to_string(), &camera))?;
+        let text = fs::read_to_string(&camera)
+            .map_err(|error| SynthError::recording(read_error(error).to_string(), &camera))?;
         let sensor = RgbdSensor::from_json(&text).map_err(|error| SynthError::recording(error.to_string(), &camera))?;
         let pairs = pairing::pairs(folder)?;
         let masks = folder.join(MASK_FOLDER);
@@ -61,7 +62,10 @@ impl Recording {
             for pair in &pairs {
                 let mask = pair.mask(&masks);
                 if !mask.is_file() {
-                    let reason = format!("there is no such mask for {}", pair.rgb.display());
+                    let reason = format!(
+                        "there is no such mask for {}: add it, or remove the folder of masks",
+                        pair.rgb.display()
+                    );
                     return Err(SynthError::recording(reason, &mask));
                 }
             }
@@ -134,6 +138,6 @@ fn read<T>(
     camera: &Camera,
     decode: impl Fn(&[u8], &Camera) -> Result<T, FormatError>,
 ) -> Result<T, SynthError> {
-    let bytes = fs::read(path).map_err(|error| SynthError::recording(error.to_string(), path))?;
+    let bytes = fs::read(path).map_err(|error| SynthError::recording(read_error(error).to_string(), path))?;
     decode(&bytes, camera).map_err(|error| SynthError::recording(error.to_string(), path))
 }

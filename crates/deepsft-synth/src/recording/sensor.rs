@@ -1,7 +1,7 @@
 //! The cameras of an RGB-D recording: its `camera.json`.
 
 use crate::error::SynthError;
-use deepsft_formats::{CameraFile, FormatError};
+use deepsft_formats::{CameraFile, FormatError, json_reason};
 use deepsft_geometry::Camera;
 use deepsft_geometry::glam::{DAffine3, DMat3, DVec3};
 use serde::{Deserialize, Serialize};
@@ -67,7 +67,7 @@ impl RgbdSensor {
     }
 
     fn parsed(text: &str) -> Result<Self, String> {
-        let json: SensorJson = serde_json::from_str(text).map_err(|error| error.to_string())?;
+        let json: SensorJson = serde_json::from_str(text).map_err(|error| json_reason(&error))?;
         let camera = |json: &CameraFile| json.camera().map_err(|error: FormatError| error.to_string());
         let color = camera(&json.color)?;
         let depth_scale = json.depth_scale.unwrap_or(DEFAULT_DEPTH_SCALE);

@@ -5,7 +5,7 @@ use crate::error::SynthError;
 use crate::random::{Stream, generator, mix};
 use crate::render::texture::Texture;
 use crate::scene::artwork::photograph_sheet;
-use deepsft_formats::{FormatError, decode_picture, sha256};
+use deepsft_formats::{FormatError, decode_picture, read_error, sha256};
 use deepsft_geometry::Picture;
 use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator};
 use std::collections::VecDeque;
@@ -148,7 +148,7 @@ impl Photograph {
 
 /// The picture in a file and the SHA-256 of its bytes.
 fn read(path: &Path) -> Result<(Picture, String), String> {
-    let bytes = fs::read(path).map_err(|error| error.to_string())?;
+    let bytes = fs::read(path).map_err(|error| read_error(error).to_string())?;
     let picture = decode_picture(&bytes).map_err(|error| error.to_string())?;
     Ok((picture, sha256(&bytes)))
 }

@@ -6,7 +6,9 @@ use burn::module::Module;
 use burn::optim::ModuleOptimizer;
 use burn::store::ModuleRecord;
 use burn::tensor::Bytes;
-use deepsft_formats::{FolderKind, StagedFolder, recover_folder, sha256};
+use deepsft_formats::{
+    FolderKind, FormatError, StagedFolder, json_reason, read_error, recover_folder, sha256, write_error,
+};
 use deepsft_network::Network;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -109,9 +111,11 @@ impl<S> SavedFiles<S> {
 
     fn bytes(&self, name: &str) -> Result<Bytes, TrainError> {
         let path = self.folder.join(name);
-        let bytes = fs::read(&path).map_err(cannot("read", &path))?;
+        let bytes = fs::read(&path).map_err(unreadable(&path))?;
         if self.files.get(name) != Some(&sha256(&bytes)) {
-            return Err(at(&path)("it is not as it was saved"));
+            return Err(at(&path)(
+                "it is not as it was saved: remove the checkpoint, or train without --resume",
+            ));
         }
         Ok(Bytes::from_bytes_vec(bytes))
     }
@@ -170,9 +174,10 @@ impl CheckpointFolder {
         let path = self.folder.join(STATE);
         let bytes = match fs::read(&path) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
-            bytes => bytes.map_err(cannot("read", &path))?,
+            bytes => bytes.map_err(unreadable(&path))?,
         };
-        let StateFile { state, files } = serde_json::from_slice(&bytes).map_err(at(&path))?;
+        let StateFile { state, files } =
+            serde_json::from_slice(&bytes).map_err(|error| at(&path)(json_reason(&error)))?;
         let folder = self.folder.clone();
         Ok(Some(SavedFiles { state, folder, files }))
     }
@@ -181,7 +186,7 @@ impl CheckpointFolder {
     /// it is kept.
     ///
     /// # Errors
-    /// [`TrainError::Checkpoint`] when there is none or it cannot be renamed.
+    /// [`FormatError::Write`] when there is none or it cannot be renamed.
     pub(crate) fn set_aside(&self) -> Result<PathBuf, TrainError> {
         let named = |ending: String| {
             let mut name = self.folder.file_name().unwrap_or_default().to_os_string();
@@ -194,14 +199,15 @@ impl CheckpointFolder {
             number += 1;
             aside = named(format!(".outdated-{number}"));
         }
-        fs::rename(&self.folder, &aside).map_err(cannot("rename", &self.folder))?;
+        let unwritten = |error| FormatError::unwritten(&self.folder, write_error(error));
+        fs::rename(&self.folder, &aside).map_err(unwritten)?;
         Ok(aside)
     }
 
     /// Saves a checkpoint; `average` is the average of the weights where there is one.
     ///
     /// # Errors
-    /// [`FormatError`](deepsft_formats::FormatError) names the file that cannot be written;
+    /// [`FormatError`] names the file that cannot be written;
     /// [`TrainError::WeightsNotFinite`] when a weight is no finite number. The checkpoint before stays then.
     pub fn save(
         &self,
@@ -224,7 +230,7 @@ impl CheckpointFolder {
     /// Writes a checkpoint of any training: its `state`, networks by the names of their files, the optimiser.
     ///
     /// # Errors
-    /// [`FormatError`](deepsft_formats::FormatError) names the file that cannot be written. The checkpoint before stays then.
+    /// [`FormatError`] names the file that cannot be written. The checkpoint before stays then.
     pub fn write<S: Serialize, M: Module>(
         &self,
         state: &S,
@@ -295,9 +301,8 @@ fn at<E: Display>(path: &Path) -> impl Fn(E) -> TrainError {
     }
 }
 
-/// What could not be done with the file or folder at `path`.
-fn cannot(action: &str, path: &Path) -> impl Fn(io::Error) -> TrainError {
-    move |error| at(path)(format!("cannot {action}: {error}"))
+fn unreadable(path: &Path) -> impl Fn(io::Error) -> TrainError {
+    move |error| at(path)(read_error(error))
 }
 
 #[cfg(test)]

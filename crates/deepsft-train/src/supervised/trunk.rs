@@ -2,7 +2,7 @@
 
 use crate::error::TrainError;
 use deepsft::{WEIGHTS_FILE, Weights, weights_from_burnpack};
-use deepsft_formats::sha256;
+use deepsft_formats::{read_error, sha256};
 use deepsft_network::NetworkError;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -28,7 +28,7 @@ impl Trunk {
                 path,
             }),
             Err(error) => Err(TrainError::From {
-                reason: error.to_string(),
+                reason: read_error(error).to_string(),
                 path,
             }),
         }

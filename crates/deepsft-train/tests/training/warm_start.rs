@@ -89,7 +89,7 @@ fn weights_without_this_trunk_are_refused_by_the_name_of_the_file() {
     fs::write(folder.path().join("broken").join(WEIGHTS_FILE), b"none").unwrap();
     let wide = NetworkConfig::compact([180.0, 120.0], &training_camera());
     for (name, cause) in [
-        ("none", "No such file"),
+        ("none", "no such file"),
         ("narrow", "has the shape"),
         ("broken", "cannot be used"),
     ] {

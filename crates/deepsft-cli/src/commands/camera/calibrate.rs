@@ -188,14 +188,17 @@ fn target(arguments: &CalibrateArguments) -> Result<FlatTarget> {
         return Ok(FlatTarget::board(CornerDetector::checkerboard()?));
     }
     if let (Some(file), Some(size)) = (&target.picture, arguments.size_mm) {
-        return FlatTarget::print(printed(file, size, None)?);
+        return FlatTarget::print(printed(file, size, None)?).blame("picture", file);
     }
     let folder = target.template.as_ref().context("a target is needed")?;
     let template = read_template(folder)?;
     if !template.is_sheet() {
-        return Err(anyhow!("it is no flat sheet")).blame("template", folder);
+        return Err(anyhow!(
+            "it is no flat sheet, and a camera needs one: take a board or a flat print"
+        ))
+        .blame("template", folder);
     }
-    FlatTarget::print(template)
+    FlatTarget::print(template).blame("template", folder)
 }
 
 /// What was seen of the target.
@@ -264,7 +267,7 @@ fn views(target: &mut FlatTarget, inputs: &[PathBuf]) -> Result<Seen> {
     // Of as many the first.
     let most = (0..by_size.len()).rev().max_by_key(|&k| by_size[k].photographs.len());
     let mut seen = by_size.swap_remove(
-        most.context("there is no photograph that can be used")
+        most.context("there is no photograph that can be used: the warnings say why")
             .blame("photographs", &inputs[0])?,
     );
     for Seen { size, photographs, .. } in by_size {

@@ -20,7 +20,7 @@ The command reads Wavefront OBJ with its MTL and textures, PLY with a texture or
 textures repeat, mirror or lie on several places of the surface, and where parts have colours without a texture, it lays the
 surface out anew and bakes the colours into a new texture: look at DIR/texture.png. What has neither texture nor colour, crumbs
 beside the object and broken faces are left out, turned faces are turned back, and a texture whose path is of another disk is
-taken from beside the scan: notes tell. The object should stand upright (y up) and look at the viewer (+z).
+taken from beside the scan, as is the one picture there where the scan names none: notes tell. The object should stand upright (y up) and look at the viewer (+z).
 
 Examples:
   deepsft template import shoe.glb --out shoe
