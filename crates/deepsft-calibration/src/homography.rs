@@ -2,9 +2,7 @@
 
 use crate::correspondence::Correspondence;
 use deepsft_geometry::glam::{DMat3, DVec2, DVec3};
-use deepsft_geometry::{Camera, RigidMotion};
-use faer::linalg::solvers::Solve;
-use faer::{Mat, Side};
+use deepsft_geometry::{Camera, RigidMotion, least_squares};
 
 /// The perspective map that brings the first of each pair near the second: homogeneous coordinates, least squares of
 /// the linear equations, origins and scales equalised. `None` for points on a line.
@@ -14,26 +12,15 @@ pub fn homography(pairs: &[(DVec2, DVec2)]) -> Option<DMat3> {
         equalised(pairs.iter().map(|p| p.1)),
     ];
     // The last entry is 1: the centre of the points is no vanishing point.
-    let mut matrix = Mat::<f64>::zeros(8, 8);
-    let mut vector = Mat::<f64>::zeros(8, 1);
-    for (a, b) in pairs {
-        let (p, q) = ((*a - from) * from_scale, (*b - to) * to_scale);
-        let rows = [
+    let equations = pairs.iter().flat_map(|&(a, b)| {
+        let (p, q) = ((a - from) * from_scale, (b - to) * to_scale);
+        [
             ([p.x, p.y, 1.0, 0.0, 0.0, 0.0, -q.x * p.x, -q.x * p.y], q.x),
             ([0.0, 0.0, 0.0, p.x, p.y, 1.0, -q.y * p.x, -q.y * p.y], q.y),
-        ];
-        for (row, value) in rows {
-            for i in 0..8 {
-                vector[(i, 0)] += row[i] * value;
-                for j in 0..8 {
-                    matrix[(i, j)] += row[i] * row[j];
-                }
-            }
-        }
-    }
-    let h = matrix.llt(Side::Lower).ok()?.solve(&vector);
-    let entry = |k: usize| if k < 8 { h[(k, 0)] } else { 1.0 };
-    let between = DMat3::from_cols_array(&[0, 3, 6, 1, 4, 7, 2, 5, 8].map(entry));
+        ]
+    });
+    let [a, b, c, d, e, f, g, h] = least_squares(equations)?;
+    let between = DMat3::from_cols_array(&[a, d, g, b, e, h, c, f, 1.0]);
     let before = DMat3::from_scale(DVec2::splat(from_scale)) * DMat3::from_translation(-from);
     let after = DMat3::from_translation(to) * DMat3::from_scale(DVec2::splat(1.0 / to_scale));
     let whole = after * between * before;

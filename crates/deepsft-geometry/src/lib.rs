@@ -43,7 +43,8 @@ mod verdict;
 
 pub use calibration::{CalibratedCamera, SelfCalibration, SelfCalibrationOptions};
 pub use camera::{
-    CANONICAL_HEIGHT, CANONICAL_WIDTH, Camera, CanonicalWarp, Lens, TRAINING_FOCAL, canonical_camera, training_camera,
+    CANONICAL_HEIGHT, CANONICAL_WIDTH, Camera, CanonicalWarp, Lens, TRAINING_FOCAL, canonical_camera, least_squares,
+    training_camera,
 };
 pub use canonical_views::CanonicalViews;
 pub use completion::{

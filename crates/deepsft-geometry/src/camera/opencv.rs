@@ -116,21 +116,22 @@ fn rational(&[k1, k2, p1, p2, k3, k4, k5, k6, s1, s2, s3, s4]: &[f64; 12], ray: 
 }
 
 /// The two equations that ask k1, k2, p1, p2, k3 to move a ray by `shift`, with their right-hand sides.
-fn rows(DVec2 { x, y }: DVec2, shift: DVec2) -> [[f64; 6]; 2] {
+fn rows(DVec2 { x, y }: DVec2, shift: DVec2) -> [([f64; 5], f64); 2] {
     let r2 = x * x + y * y;
     let (xy, r4, r6) = (2.0 * x * y, r2 * r2, r2 * r2 * r2);
     [
-        [x * r2, x * r4, xy, r2 + 2.0 * x * x, x * r6, shift.x],
-        [y * r2, y * r4, r2 + 2.0 * y * y, xy, y * r6, shift.y],
+        ([x * r2, x * r4, xy, r2 + 2.0 * x * x, x * r6], shift.x),
+        ([y * r2, y * r4, r2 + 2.0 * y * y, xy, y * r6], shift.y),
     ]
 }
 
-/// The unknowns that fulfil the equations best, by the normal equations. `None` where they do not tell them.
-fn least_squares(equations: impl Iterator<Item = [f64; 6]>) -> Option<[f64; 5]> {
-    let (mut normal, mut right) = (Mat::<f64>::zeros(5, 5), Mat::<f64>::zeros(5, 1));
-    for [row @ .., side] in equations {
-        for i in 0..5 {
-            (0..5).for_each(|j| normal[(i, j)] += row[i] * row[j]);
+/// Finds the unknowns that fulfil linear equations, each with its right-hand side, best, by the normal equations. `None` where they do not
+/// tell them.
+pub fn least_squares<const N: usize>(equations: impl Iterator<Item = ([f64; N], f64)>) -> Option<[f64; N]> {
+    let (mut normal, mut right) = (Mat::<f64>::zeros(N, N), Mat::<f64>::zeros(N, 1));
+    for (row, side) in equations {
+        for i in 0..N {
+            (0..N).for_each(|j| normal[(i, j)] += row[i] * row[j]);
             right[(i, 0)] += row[i] * side;
         }
     }
