@@ -46,5 +46,5 @@ pub use picture::{
 };
 pub use reasons::{json_reason, read_error, write_error};
 #[cfg(feature = "scan")]
-pub use scan::{Scan, ScanPart, ScannedTemplate, Wrap, assemble_scan, read_scan, read_scan_decoding};
+pub use scan::{Scan, ScanPart, ScannedTemplate, Wrap, assemble_scan, read_scan};
 pub use template::{TEMPLATE_FILE, TEXTURE_FILE, TemplateFile, template_to_files};

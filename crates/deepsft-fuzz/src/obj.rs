@@ -36,7 +36,7 @@ pub(crate) fn read_files(
         return Ok(());
     }
     let of_all: Option<Picture> = of_all.then(|| deepsft::decode_picture(texture)).transpose()?;
-    let scan = read_scan(name, scan, of_all, &|path| {
+    let scan = read_scan(name, scan, of_all, &deepsft::decode_picture, &|path| {
         let mut parts = path.components();
         let stays = parts.all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
         assert!(stays, "it reads {}", path.display());

@@ -60,7 +60,10 @@ pub use maps::{
     ColorMatch, ColorResponse, Maps, OUTSIDE, draw_template, metrics, mipmap_level, photo_consistency_error, raster,
     relit_photo_consistency_error, remove_islands, visible_surface,
 };
-pub use mesh::{DisjointSets, RestSurface, RigidMotion, Template, Topology, TriangleMesh, Welding, catmull_rom};
+pub use mesh::{
+    DisjointSets, RestSurface, RigidMotion, Side, Template, Topology, TriangleMesh, Welding, catmull_rom, rows_within,
+    texture_barycentric,
+};
 pub use recovery::MeshRecovery;
 pub use surface::Surface;
 pub use template_error::TemplateError;

@@ -1,6 +1,6 @@
 //! The two sides of a sheet that was scanned from both.
 
-use crate::mesh::TriangleMesh;
+use crate::mesh::{Side, TriangleMesh, nearest_in_triangle, weighted};
 use glam::DVec3;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -87,10 +87,11 @@ pub(crate) fn sheet_sides(mesh: &TriangleMesh) -> Option<([Vec<usize>; 2], f64)>
     }
     let mut distances: Vec<f64> = (sides[0].iter().step_by(sides[0].len().div_ceil(MEASURED)))
         .map(|&face| {
-            let to = sides[1]
-                .iter()
-                .map(|&other| distance_squared(centre(face), corners(other)));
-            to.fold(f64::INFINITY, f64::min).sqrt()
+            let to = |&other: &usize| {
+                let nearest = nearest_in_triangle(centre(face), corners(other));
+                weighted(nearest, corners(other)).distance_squared(centre(face))
+            };
+            sides[1].iter().map(to).fold(f64::INFINITY, f64::min).sqrt()
         })
         .collect();
     distances.sort_unstable_by(f64::total_cmp);
@@ -100,17 +101,11 @@ pub(crate) fn sheet_sides(mesh: &TriangleMesh) -> Option<([Vec<usize>; 2], f64)>
 
 /// The faces with an edge in common, for each face.
 fn neighbours(mesh: &TriangleMesh) -> Vec<Vec<usize>> {
-    let sides =
-        |(face, &[a, b, c]): (usize, &[usize; 3])| [[a, b], [b, c], [c, a]].map(|[a, b]| ([a.min(b), a.max(b)], face));
-    let mut sides: Vec<_> = mesh.faces().iter().enumerate().flat_map(sides).collect();
-    sides.sort_unstable();
     let mut neighbours = vec![Vec::new(); mesh.faces().len()];
-    for around in sides.chunk_by(|a, b| a.0 == b.0) {
-        for (k, &(_, one)) in around.iter().enumerate() {
-            for &(_, other) in &around[k + 1..] {
-                neighbours[one].push(other);
-                neighbours[other].push(one);
-            }
+    for around in Side::by_edge(&Side::of(mesh.faces())) {
+        for one in around {
+            let others = around.iter().filter(|other| *other != one);
+            neighbours[one.face].extend(others.map(|other| other.face));
         }
     }
     neighbours
@@ -135,19 +130,4 @@ fn turning(starts: &[usize], normals: &[DVec3], neighbours: &[Vec<usize>]) -> Ve
         }
     }
     turned
-}
-
-/// The squared distance of a point from a triangle.
-fn distance_squared(point: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
-    let to_edge = |from: DVec3, to: DVec3| {
-        let (edge, to_point) = (to - from, point - from);
-        let along = (to_point.dot(edge) / edge.length_squared()).clamp(0.0, 1.0);
-        to_point.distance_squared(along * edge)
-    };
-    let normal = (b - a).cross(c - a);
-    let is_inside = |from: DVec3, to: DVec3| (to - from).cross(point - from).dot(normal) >= 0.0;
-    if is_inside(a, b) && is_inside(b, c) && is_inside(c, a) {
-        return (point - a).dot(normal).powi(2) / normal.length_squared();
-    }
-    to_edge(a, b).min(to_edge(b, c)).min(to_edge(c, a))
 }

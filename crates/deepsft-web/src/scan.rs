@@ -9,7 +9,7 @@ use crate::{
 };
 use deepsft::geometry::{Picture, UnrolledSheet, unroll};
 use deepsft::{FormatError, decode_picture};
-use deepsft_formats::{Scan, ScannedTemplate, assemble_scan, read_scan_decoding};
+use deepsft_formats::{Scan, ScannedTemplate, assemble_scan};
 use js_sys::{Array, Function, Object, Promise, Reflect, Uint8Array, Uint8ClampedArray};
 use std::{cell::RefCell, collections::BTreeMap, path::Path};
 use wasm_bindgen::prelude::*;
@@ -148,7 +148,7 @@ fn read(
             .or_else(|| alike.next().map(|(_, bytes)| bytes));
         file.cloned().ok_or_else(missing)
     };
-    read_scan_decoding(name, bytes, texture, &beside, decode)
+    deepsft_formats::read_scan(name, bytes, texture, decode, &beside)
 }
 
 /// The files whose names end so.

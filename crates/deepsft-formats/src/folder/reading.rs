@@ -109,7 +109,7 @@ pub fn read_scan_file(path: &Path, texture: Option<&Path>) -> Result<Scan, Forma
         read_bounded(&alike.map_or(path, |entry| entry.path()))
     };
     let is_given = texture.is_some();
-    let scan = read_scan(&name, &bytes, texture, &beside)?;
+    let scan = read_scan(&name, &bytes, texture, &decode_picture, &beside)?;
     let is_bare = |part: &ScanPart| part.texture.is_none() && part.colors.is_empty();
     let mut parts = scan.parts.iter().filter(|part| !part.faces.is_empty()).peekable();
     if is_given || parts.peek().is_none() || !parts.all(is_bare) {
@@ -122,7 +122,7 @@ pub fn read_scan_file(path: &Path, texture: Option<&Path>) -> Result<Scan, Forma
     let Some((path, texture)) = lone.and_then(|lone| Some((lone[0].clone(), picture(&lone[0]).ok()?))) else {
         return Ok(scan);
     };
-    let mut textured = read_scan(&name, &bytes, Some(texture), &beside)?;
+    let mut textured = read_scan(&name, &bytes, Some(texture), &decode_picture, &beside)?;
     textured.notes.extend(scan.notes);
     let note = format!(
         "it names no texture: the one picture beside it was taken, {}",

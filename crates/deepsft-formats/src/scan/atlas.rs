@@ -5,6 +5,7 @@ use crate::error::FormatError;
 use deepsft_geometry::Picture;
 use deepsft_geometry::glam::DVec2;
 use std::borrow::Cow;
+use std::iter::successors;
 
 /// Longest side of a template's texture, texels. Fuzzing paints less and tries more.
 pub(super) const LONGEST_SIDE: usize = if cfg!(fuzzing) { 512 } else { 4096 };
@@ -34,15 +35,8 @@ pub(super) fn atlas(textures: &[Picture]) -> Result<(Picture, Vec<Region>), Form
     }
     loop {
         let sizes: Vec<(usize, usize)> = textures.iter().map(|t| (t.width(), t.height())).collect();
-        let area: usize = sizes.iter().map(|(w, h)| (w + GAP) * (h + GAP)).sum();
-        let mut width = ((area as f64).sqrt() as usize).max(2 * GAP);
-        while width <= LONGEST_SIDE {
-            if let Some((corners, height)) = pack_rectangles(&sizes, width, GAP)
-                && height <= width
-            {
-                return paint_atlas(&textures, &corners, width, height);
-            }
-            width += width / 16 + 1;
+        if let Some((corners, side)) = packed(&sizes, GAP, 0) {
+            return paint_atlas(&textures, &corners, side);
         }
         if textures.iter().all(|t| t.width() == 1 && t.height() == 1) {
             return refused(format!("it has too many textures ({})", textures.len()));
@@ -51,21 +45,31 @@ pub(super) fn atlas(textures: &[Picture]) -> Result<(Picture, Vec<Region>), Form
     }
 }
 
+/// Lays rectangles (width, height) into a texture hardly larger than they are, at first wider by `spare` texels: the corner (x, y) of each and
+/// the sides of the texture, the longer across. `None` when there is no room. See [`pack_rectangles`].
+pub(super) fn packed(sizes: &[(usize, usize)], gap: usize, spare: usize) -> Option<(Vec<(usize, usize)>, [usize; 2])> {
+    let area = |&(w, h): &(usize, usize)| w.saturating_add(gap) as f64 * h.saturating_add(gap) as f64;
+    let narrowest = (sizes.iter().map(area).sum::<f64>().sqrt() as usize)
+        .saturating_add(spare)
+        .max(2 * gap);
+    let widths = successors(Some(narrowest), |width| Some(width + width / 16 + 1));
+    widths.take_while(|&width| width <= LONGEST_SIDE).find_map(|width| {
+        let (corners, height) = pack_rectangles(sizes, width, gap)?;
+        (height <= width).then_some((corners, [width, height]))
+    })
+}
+
 /// Lays rectangles (width, height) into a strip of `width` texels without overlap, `gap` texels between them and around
 /// them: the corner (x, y) of each, and the height that is used. Shelves, the highest rectangles first (next fit by
-/// decreasing height). `None` when one is too wide.
-pub(super) fn pack_rectangles(
-    sizes: &[(usize, usize)],
-    width: usize,
-    gap: usize,
-) -> Option<(Vec<(usize, usize)>, usize)> {
+/// decreasing height). `None` when one is too long.
+fn pack_rectangles(sizes: &[(usize, usize)], width: usize, gap: usize) -> Option<(Vec<(usize, usize)>, usize)> {
     let mut order: Vec<usize> = (0..sizes.len()).collect();
     order.sort_by_key(|&i| std::cmp::Reverse(sizes[i].1));
     let mut corners = vec![(0, 0); sizes.len()];
     let (mut x, mut y, mut shelf) = (gap, gap, 0);
     for i in order {
         let (w, h) = sizes[i];
-        if w + 2 * gap > width {
+        if w.max(h) > LONGEST_SIDE || w + 2 * gap > width {
             return None;
         }
         if x + w + gap > width {
@@ -81,8 +85,7 @@ pub(super) fn pack_rectangles(
 fn paint_atlas(
     textures: &[Cow<'_, Picture>],
     corners: &[(usize, usize)],
-    width: usize,
-    height: usize,
+    [width, height]: [usize; 2],
 ) -> Result<(Picture, Vec<Region>), FormatError> {
     let mut rgb = vec![128; 3 * width * height];
     let mut regions = Vec::new();

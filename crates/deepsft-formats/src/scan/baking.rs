@@ -1,15 +1,17 @@
 //! The colours of a scan in a new texture.
 
-use super::atlas::{LONGEST_SIDE, pack_rectangles};
-use super::charts::{Chart, charts, rows_within};
+use super::atlas::{LONGEST_SIDE, packed};
+use super::charts::{Chart, charts};
 use super::mending::bits;
-use super::surface::{Paint, Surface, Vertex};
+use super::surface::{Surface, Vertex};
 use super::{Wrap, refused};
 use crate::error::FormatError;
 use deepsft_geometry::glam::{DVec2, DVec3};
-use deepsft_geometry::{Picture, TriangleMesh};
+use deepsft_geometry::{Picture, TriangleMesh, rows_within, texture_barycentric};
 use std::array::from_fn;
+use std::borrow::Cow;
 use std::collections::HashMap;
+use std::iter::successors;
 
 /// Texels between two charts; each continues over half of them. The smaller ones where there is no room.
 const GAPS: [usize; 3] = [12, 6, 2];
@@ -29,9 +31,8 @@ const TEXELS_PER_EDGE: f64 = 2.0;
 
 /// The mesh of a surface whose charts are laid out anew, and the texture with its colours.
 pub(super) fn baked(surface: &Surface, textures: &[Picture]) -> Result<(TriangleMesh, Picture), FormatError> {
-    let area = (0..surface.faces.len())
-        .map(|face| surface.normal(face).length() / 2.0)
-        .sum::<f64>();
+    let areas = (0..surface.faces.len()).map(|face| surface.normal(face).length() / 2.0);
+    let area: f64 = areas.sum();
     let brush = Brush::new(surface, textures);
     let charts = charts(surface, |face| brush.texels(face));
     let laid: usize = charts.iter().map(|chart| chart.faces.len()).sum();
@@ -79,7 +80,7 @@ pub(super) fn baked(surface: &Surface, textures: &[Picture]) -> Result<(Triangle
 struct Packing {
     /// First texel (column, row) of each.
     corners: Vec<(usize, usize)>,
-    /// Texels across and down.
+    /// Texels along each side.
     side: [usize; 2],
     /// Texels between two.
     gap: usize,
@@ -91,25 +92,14 @@ fn pack(charts: &[Chart], wanted: f64) -> Result<Packing, FormatError> {
         let mut texels_per_mm = wanted;
         for _ in 0..TRIES[usize::from(gap == GAPS[GAPS.len() - 1])] {
             let size = |extent: f64| ((extent * texels_per_mm).ceil() as usize).saturating_add(1);
-            let sizes: Vec<(usize, usize)> = (charts.iter())
-                .map(|chart| (size(chart.extent.x), size(chart.extent.y)))
-                .collect();
-            let area = sizes
-                .iter()
-                .map(|&(w, h)| w.saturating_add(gap) as f64 * h.saturating_add(gap) as f64);
-            let mut width = (area.sum::<f64>().sqrt() as usize).saturating_add(gap);
-            while width <= LONGEST_SIDE && sizes.iter().all(|&(w, h)| w.max(h) <= LONGEST_SIDE) {
-                if let Some((corners, height)) = pack_rectangles(&sizes, width, gap)
-                    && height <= width
-                {
-                    return Ok(Packing {
-                        corners,
-                        side: [width, height],
-                        gap,
-                        texels_per_mm,
-                    });
-                }
-                width += width / 16 + 1;
+            let sizes = charts.iter().map(|chart| (size(chart.extent.x), size(chart.extent.y)));
+            if let Some((corners, side)) = packed(&sizes.collect::<Vec<_>>(), gap, gap) {
+                return Ok(Packing {
+                    corners,
+                    side,
+                    gap,
+                    texels_per_mm,
+                });
             }
             texels_per_mm *= SMALLER;
         }
@@ -122,48 +112,40 @@ fn pack(charts: &[Chart], wanted: f64) -> Result<Packing, FormatError> {
 /// Tells the colours of faces.
 struct Brush<'a> {
     surface: &'a Surface,
-    textures: &'a [Picture],
-    /// Each texture smaller and smaller.
-    smaller: Vec<Vec<Picture>>,
+    /// Each texture smaller and smaller, first as it is.
+    textures: Vec<Vec<Cow<'a, Picture>>>,
 }
 
 impl<'a> Brush<'a> {
     fn new(surface: &'a Surface, textures: &'a [Picture]) -> Self {
-        let smaller = |texture: &Picture| {
-            let mut levels = vec![texture.halved()];
-            while let Some(last) = levels.last().filter(|last| last.width().max(last.height()) > 1) {
-                levels.push(last.halved());
-            }
-            levels
+        let smaller = |last: &Cow<'_, Picture>| {
+            let is_divisible = last.width().max(last.height()) > 1;
+            is_divisible.then(|| Cow::Owned(last.halved()))
         };
+        let levels = |texture| successors(Some(Cow::Borrowed(texture)), smaller).collect();
         Self {
             surface,
-            textures,
-            smaller: textures.iter().map(smaller).collect(),
+            textures: textures.iter().map(levels).collect(),
         }
     }
 
-    fn source(&self, face: usize) -> (Paint, Option<(usize, &Picture)>) {
-        let paint = self.surface.paint_of(&self.surface.corners(face)[0]);
-        let texture = paint
-            .texture
-            .and_then(|number| Some((number, self.textures.get(number)?)));
-        (paint, texture)
+    /// The texture of a face smaller and smaller.
+    fn levels(&self, face: usize) -> Option<&Vec<Cow<'a, Picture>>> {
+        let number = self.surface.texture_of(&self.surface.corners(face)[0])?;
+        self.textures.get(number)
     }
 
     /// The size of the texture of a face; (1, 1) without one.
     fn texels(&self, face: usize) -> DVec2 {
-        let (_, texture) = self.source(face);
-        texture.map_or(DVec2::ONE, |(_, texture)| texture.size().as_dvec2())
+        let levels = self.levels(face);
+        levels.map_or(DVec2::ONE, |levels| levels[0].size().as_dvec2())
     }
 
     /// Texels per mm of the file's texture on a face; 0 without one.
     fn texels_per_mm(&self, face: usize) -> f64 {
         let in_texture = self.surface.texture_area(face).abs() * self.texels(face).element_product();
-        match self.source(face).1 {
-            Some(_) => (in_texture / self.surface.normal(face).length()).sqrt(),
-            None => 0.0,
-        }
+        let texels_per_mm = (in_texture / self.surface.normal(face).length()).sqrt();
+        self.levels(face).map_or(0.0, |_| texels_per_mm)
     }
 
     /// Texels per mm that keep what is to be seen on most of the surface.
@@ -189,14 +171,12 @@ impl<'a> Brush<'a> {
 
     /// Paints a face whose corners are `at` these places of the canvas, texels.
     fn paint(&self, face: usize, at: [DVec2; 3], texels_per_mm: f64, canvas: &mut Canvas) {
-        let (Paint { wraps, .. }, texture) = self.source(face);
         let larger = (self.texels_per_mm(face) / texels_per_mm).log2();
-        let level = texture.map(|(number, texture)| {
-            let smaller = &self.smaller[number];
-            let level = (larger.max(0.0) as usize).min(smaller.len());
-            level.checked_sub(1).map_or(texture, |level| &smaller[level])
-        });
+        let level = self
+            .levels(face)
+            .map(|levels| &levels[(larger.max(0.0) as usize).min(levels.len() - 1)]);
         let corners = self.surface.corners(face);
+        let wraps = self.surface.paint_of(&corners[0]).wraps;
         let color = |place: DVec2| {
             let weights = weights(at, place);
             let own = mean(&corners, weights, |at| DVec3::from_array(at.color.map(f64::from)));
@@ -226,16 +206,11 @@ impl<'a> Brush<'a> {
 }
 
 /// Barycentric weights of a place in a triangle, within which it is or nearly.
-fn weights([a, b, c]: [DVec2; 3], place: DVec2) -> [f64; 3] {
-    let area = (b - a).perp_dot(c - a);
-    let (v, w) = ((place - a).perp_dot(c - a) / area, (b - a).perp_dot(place - a) / area);
+fn weights(corners: [DVec2; 3], place: DVec2) -> [f64; 3] {
+    let weights = texture_barycentric(place, corners);
     // Nothing is said of a triangle without area.
-    let weights = if area == 0.0 {
-        [1.0 / 3.0; 3]
-    } else {
-        [1.0 - v - w, v, w]
-    };
-    weights.map(|weight| weight.clamp(0.0, 1.0))
+    let is_told = weights.iter().all(|weight| weight.is_finite());
+    weights.map(|weight| if is_told { weight.clamp(0.0, 1.0) } else { 1.0 / 3.0 })
 }
 
 fn mean(corners: &[Vertex; 3], weights: [f64; 3], of: impl Fn(&Vertex) -> DVec3) -> DVec3 {

@@ -3,10 +3,10 @@
 //! Charts of the file are kept as they are, scaled to their areas on the surface, as far as they do not lie on themselves; mirrored ones are
 //! turned over, so that a print reads as on the object. Faces without a place in a texture are projected along the normal of one among them.
 
-use super::mending::{points, sides};
+use super::mending::{beyond, on_points};
 use super::surface::Surface;
-use deepsft_geometry::DisjointSets;
 use deepsft_geometry::glam::{DMat2, DVec2, DVec3};
+use deepsft_geometry::{DisjointSets, rows_within};
 use std::collections::HashSet;
 use std::f64::consts::FRAC_PI_2;
 
@@ -25,9 +25,6 @@ const SQUARES_PER_FACE: f64 = 16.0;
 /// Squares that a face or the surface is long, at most, and squares from the origin.
 const LONGEST: f64 = 16_384.0;
 const FARTHEST: f64 = 1e12;
-
-/// How far inside a face, along a row, the middle of a square counts to it, squares: neighbours share their edge.
-const INSIDE: f64 = 1e-3;
 
 /// Angles by which a chart is turned to lie in a smaller rectangle.
 const TURNS: usize = 12;
@@ -48,11 +45,8 @@ pub(super) fn charts(surface: &Surface, texels: impl Fn(usize) -> DVec2) -> Vec<
     let count = surface.faces.len();
     let areas: Vec<f64> = (0..count).map(|face| surface.normal(face).length()).collect();
     let squares = SQUARES.max(SQUARES_PER_FACE * count as f64);
-    let farthest = surface
-        .vertices
-        .iter()
-        .map(|at| at.position.length())
-        .fold(0.0, f64::max);
+    let lengths = surface.vertices.iter().map(|at| at.position.length());
+    let farthest = lengths.fold(0.0, f64::max);
     let mut growth = Growth {
         is_laid: vec![false; count],
         squares_per_mm: (2.0 * squares / areas.iter().sum::<f64>())
@@ -61,7 +55,7 @@ pub(super) fn charts(surface: &Surface, texels: impl Fn(usize) -> DVec2) -> Vec<
     };
     let mut charts = Vec::new();
 
-    let beside = neighbours(&surface.faces);
+    let beside = beyond(&surface.faces);
     let in_file = |face: usize| {
         let is_mirrored = surface.texture_area(face) > 0.0;
         let sides = texels(face) * DVec2::new(if is_mirrored { -1.0 } else { 1.0 }, 1.0);
@@ -72,10 +66,8 @@ pub(super) fn charts(surface: &Surface, texels: impl Fn(usize) -> DVec2) -> Vec<
     for (face, others) in beside.iter().enumerate() {
         let side = surface.texture_area(face);
         let is_of_chart = |other: usize| surface.texture_area(other) * side > 0.0 && is_even[face] && is_even[other];
-        others
-            .iter()
-            .filter(|&&other| is_of_chart(other))
-            .for_each(|&other| sets.join(face, other));
+        let of_chart = others.iter().filter(|(other, _)| is_of_chart(*other));
+        of_chart.for_each(|&(other, _)| sets.join(face, other));
     }
     let set: Vec<usize> = (0..count).map(|face| sets.first(face)).collect();
     // Areas on the surface and in the texture of the charts of the file.
@@ -98,9 +90,7 @@ pub(super) fn charts(surface: &Surface, texels: impl Fn(usize) -> DVec2) -> Vec<
         charts.extend(growth.chart(seed, &beside, place));
     }
 
-    let points = points(&surface.positions());
-    let on_points: Vec<[usize; 3]> = surface.faces.iter().map(|face| face.map(|v| points[v])).collect();
-    let beside = neighbours(&on_points);
+    let beside = beyond(&on_points(&surface.positions(), &surface.faces));
     let mut by_area: Vec<usize> = (0..count).filter(|&face| !growth.is_laid[face]).collect();
     by_area.sort_by(|&a, &b| areas[b].total_cmp(&areas[a]));
     for seed in by_area {
@@ -140,18 +130,6 @@ fn axes(normal: DVec3) -> (DVec3, DVec3) {
     (normal.cross(down), down)
 }
 
-/// The faces beyond the edges that a face shares with one other.
-fn neighbours(faces: &[[usize; 3]]) -> Vec<Vec<usize>> {
-    let mut beside = vec![Vec::new(); faces.len()];
-    for around in sides(faces).chunk_by(|a, b| a.edge == b.edge) {
-        if let [one, other] = around {
-            beside[one.face].push(other.face);
-            beside[other.face].push(one.face);
-        }
-    }
-    beside
-}
-
 /// Charts as they grow.
 struct Growth {
     is_laid: Vec<bool>,
@@ -164,7 +142,7 @@ impl Growth {
     fn chart(
         &mut self,
         seed: usize,
-        beside: &[Vec<usize>],
+        beside: &[Vec<(usize, bool)>],
         place: impl Fn(usize) -> Option<[DVec2; 3]>,
     ) -> Option<Chart> {
         let mut faces = Vec::new();
@@ -191,7 +169,8 @@ impl Growth {
                 taken.extend(squares);
                 self.is_laid[face] = true;
                 faces.push((face, at));
-                next.extend(beside[face].iter().filter(|&&other| !self.is_laid[other]));
+                let others = beside[face].iter().map(|&(other, _)| other);
+                next.extend(others.filter(|&other| !self.is_laid[other]));
             }
             wave = next;
         }
@@ -225,26 +204,6 @@ impl Chart {
         Self {
             faces,
             extent: high - low,
-        }
-    }
-}
-
-/// Calls `each` with the rows of squares of side 1, and the range of columns in them, whose middles are inside a triangle.
-pub(super) fn rows_within([a, b, c]: [DVec2; 3], mut each: impl FnMut(i64, std::ops::Range<i64>)) {
-    // Middles lie at whole numbers plus one half.
-    let range = |low: f64, high: f64| (low - 0.5).ceil() as i64..(high - 0.5).floor() as i64 + 1;
-    for row in range(a.y.min(b.y).min(c.y), a.y.max(b.y).max(c.y)) {
-        let y = row as f64 + 0.5;
-        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-        for [p, q] in [[a, b], [b, c], [c, a]] {
-            if (p.y <= y) != (q.y <= y) {
-                let x = p.x + (y - p.y) / (q.y - p.y) * (q.x - p.x);
-                (low, high) = (low.min(x), high.max(x));
-            }
-        }
-        let columns = range(low + INSIDE, high - INSIDE);
-        if low <= high && !columns.is_empty() {
-            each(row, columns);
         }
     }
 }

@@ -1,7 +1,7 @@
 //! What programs that scan leave wrong in a mesh: faces turned over, crumbs beside the object.
 
-use deepsft_geometry::DisjointSets;
 use deepsft_geometry::glam::DVec3;
+use deepsft_geometry::{DisjointSets, Side};
 use std::collections::HashMap;
 
 /// Fraction of the whole area below which a piece is a crumb.
@@ -26,20 +26,13 @@ pub(super) struct Mended {
 /// Turns over what has its front on another side than most of its piece, and leaves out pieces that are small beside the whole, fins and
 /// faces at which a twisted band meets its own back.
 pub(super) fn mended(positions: &[DVec3], faces: &[[usize; 3]]) -> Mended {
-    let points = points(positions);
-    let (faces, fins) = without_fins(positions, &points, faces);
-    let on_points: Vec<[usize; 3]> = faces.iter().map(|face| face.map(|v| points[v])).collect();
+    let (faces, fins) = without_fins(positions, faces);
+    let on_points = on_points(positions, &faces);
     let mut pieces = DisjointSets::new(faces.len());
-    // Of each face those beyond its edges, and whether they lie the other way.
-    let mut beyond = vec![Vec::new(); faces.len()];
-    for around in sides(&on_points).chunk_by(|a, b| a.edge == b.edge) {
+    for around in Side::by_edge(&Side::of(&on_points)) {
         around.iter().for_each(|side| pieces.join(around[0].face, side.face));
-        if let [one, other] = around {
-            let is_other_way = one.is_forward == other.is_forward;
-            beyond[one.face].push((other.face, is_other_way));
-            beyond[other.face].push((one.face, is_other_way));
-        }
     }
+    let beyond_each = beyond(&on_points);
     let area = |face| double_area(positions, face);
     let (mut is_turned, mut is_reached) = (vec![false; faces.len()], vec![false; faces.len()]);
     for first in 0..faces.len() {
@@ -48,7 +41,7 @@ pub(super) fn mended(positions: &[DVec3], faces: &[[usize; 3]]) -> Mended {
         let mut next = 0;
         while let Some(&face) = patch.get(next) {
             next += 1;
-            for &(other, is_other_way) in &beyond[face] {
+            for &(other, is_other_way) in &beyond_each[face] {
                 if !std::mem::replace(&mut is_reached[other], true) {
                     is_turned[other] = is_turned[face] != is_other_way;
                     patch.push(other);
@@ -56,11 +49,8 @@ pub(super) fn mended(positions: &[DVec3], faces: &[[usize; 3]]) -> Mended {
             }
         }
         let turned = |is: bool| {
-            patch
-                .iter()
-                .filter(|face| is_turned[**face] == is)
-                .map(|face| area(faces[*face]))
-                .sum::<f64>()
+            let such = patch.iter().filter(|face| is_turned[**face] == is);
+            such.map(|face| area(faces[*face])).sum::<f64>()
         };
         if turned(true) > turned(false) {
             patch.iter().for_each(|&face| is_turned[face] = !is_turned[face]);
@@ -79,41 +69,37 @@ pub(super) fn mended(positions: &[DVec3], faces: &[[usize; 3]]) -> Mended {
     // What is made of small pieces altogether has no crumbs.
     let has_crumbs = crumbs.iter().sum::<f64>() < MOST_CRUMBS * whole;
     let mut is_crumb = |face: usize| has_crumbs && areas[pieces.first(face)] < CRUMB * whole;
-    let kept: Vec<usize> = (0..faces.len()).filter(|&face| !is_crumb(face)).collect();
-    let mut oriented: Vec<[usize; 3]> = (kept.iter())
-        .map(|&face| match (faces[face], is_turned[face]) {
+    let mut kept: Vec<usize> = (0..faces.len()).filter(|&face| !is_crumb(face)).collect();
+    let (whole, turned) = (kept.len(), kept.iter().filter(|face| is_turned[**face]).count());
+    let oriented = |faces: &[[usize; 3]], kept: &[usize]| -> Vec<[usize; 3]> {
+        let face = |&face: &usize| match (faces[face], is_turned[face]) {
             ([a, b, c], true) => [a, c, b],
             (corners, false) => corners,
-        })
-        .collect();
-    let whole = oriented.len();
+        };
+        kept.iter().map(face).collect()
+    };
     // An edge of more than two faces may have two when one of them has gone.
     loop {
-        let on_points: Vec<[usize; 3]> = oriented.iter().map(|face| face.map(|v| points[v])).collect();
-        let mut is_torn = vec![false; oriented.len()];
-        for around in sides(&on_points).chunk_by(|a, b| a.edge == b.edge) {
-            if let [one, other] = around
-                && one.is_forward == other.is_forward
+        let mut is_torn = vec![false; kept.len()];
+        for (one, others) in beyond(&oriented(&on_points, &kept)).iter().enumerate() {
+            for &(other, _) in others
+                .iter()
+                .filter(|(other, is_other_way)| *is_other_way && one <= *other)
             {
-                let (first, second) = (one.face, other.face);
-                let smaller = if area(oriented[first]) < area(oriented[second]) {
-                    first
-                } else {
-                    second
-                };
-                is_torn[smaller] = true;
+                let is_smaller = area(faces[kept[one]]) < area(faces[kept[other]]);
+                is_torn[if is_smaller { one } else { other }] = true;
             }
         }
         if !is_torn.contains(&true) {
             break;
         }
         let mut torn = is_torn.into_iter();
-        oriented.retain(|_| !torn.next().unwrap_or(false));
+        kept.retain(|_| torn.next() == Some(false));
     }
     Mended {
-        torn: whole - oriented.len(),
-        faces: oriented,
-        turned: kept.iter().filter(|face| is_turned[**face]).count(),
+        torn: whole - kept.len(),
+        faces: oriented(&faces, &kept),
+        turned,
         crumbs: if has_crumbs { crumbs.len() } else { 0 },
         fins,
     }
@@ -126,11 +112,9 @@ fn double_area(positions: &[DVec3], face: [usize; 3]) -> f64 {
 
 /// The faces without those that stand on an edge of two or more others and hang on nothing else, and how many these are. Where they are much
 /// of the whole they are meant, and stay.
-fn without_fins(positions: &[DVec3], points: &[usize], faces: &[[usize; 3]]) -> (Vec<[usize; 3]>, usize) {
-    let on_points: Vec<[usize; 3]> = faces.iter().map(|face| face.map(|v| points[v])).collect();
-    let sides = sides(&on_points);
+fn without_fins(positions: &[DVec3], faces: &[[usize; 3]]) -> (Vec<[usize; 3]>, usize) {
     let (mut free, mut crowded) = (vec![0; faces.len()], vec![false; faces.len()]);
-    for around in sides.chunk_by(|a, b| a.edge == b.edge) {
+    for around in Side::by_edge(&Side::of(&on_points(positions, faces))) {
         match around {
             [alone] => free[alone.face] += 1,
             [_, _] => {}
@@ -153,43 +137,32 @@ fn without_fins(positions: &[DVec3], points: &[usize], faces: &[[usize; 3]]) -> 
     (kept, fins)
 }
 
-/// The points at which vertices are: those of seams are one point.
-pub(super) fn points(positions: &[DVec3]) -> Vec<usize> {
+/// Of each face those beyond the edges that it shares with one other, and whether they lie the other way.
+pub(super) fn beyond(faces: &[[usize; 3]]) -> Vec<Vec<(usize, bool)>> {
+    let mut beyond = vec![Vec::new(); faces.len()];
+    for around in Side::by_edge(&Side::of(faces)) {
+        if let [one, other] = around {
+            let is_other_way = one.is_forward(faces) == other.is_forward(faces);
+            beyond[one.face].push((other.face, is_other_way));
+            beyond[other.face].push((one.face, is_other_way));
+        }
+    }
+    beyond
+}
+
+/// The faces between the points at which vertices are: those of seams are one point.
+pub(super) fn on_points(positions: &[DVec3], faces: &[[usize; 3]]) -> Vec<[usize; 3]> {
     let mut points = HashMap::new();
     let mut point = |at: &DVec3| {
         let count = points.len();
         *points.entry(bits(*at)).or_insert(count)
     };
-    positions.iter().map(&mut point).collect()
+    let points: Vec<usize> = positions.iter().map(&mut point).collect();
+    faces.iter().map(|face| face.map(|v| points[v])).collect()
 }
 
 /// Numbers by which equal positions are known.
 pub(super) fn bits(p: DVec3) -> [u64; 3] {
     // Adding 0 makes one of 0 and -0.
     p.to_array().map(|number| (number + 0.0).to_bits())
-}
-
-/// A side of a face.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct Side {
-    /// The smaller vertex and the larger one.
-    pub(super) edge: [usize; 2],
-    pub(super) face: usize,
-    /// Whether the face goes from the smaller to the larger.
-    pub(super) is_forward: bool,
-}
-
-/// The sides of all faces, those of one edge one after another.
-pub(super) fn sides(faces: &[[usize; 3]]) -> Vec<Side> {
-    let of_face = |(face, corners): (usize, &[usize; 3])| {
-        let [a, b, c] = *corners;
-        [[a, b], [b, c], [c, a]].map(|[from, to]| Side {
-            edge: [from.min(to), from.max(to)],
-            face,
-            is_forward: from < to,
-        })
-    };
-    let mut sides: Vec<Side> = faces.iter().enumerate().flat_map(of_face).collect();
-    sides.sort_unstable();
-    sides
 }

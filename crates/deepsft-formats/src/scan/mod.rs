@@ -18,7 +18,7 @@ mod reading;
 mod surface;
 
 pub use assembly::{ScannedTemplate, assemble_scan};
-pub use reading::{read_scan, read_scan_decoding};
+pub use reading::read_scan;
 
 use crate::error::FormatError;
 use deepsft_geometry::Picture;
@@ -29,7 +29,7 @@ use std::path::{Component, Path, PathBuf};
 const MAX_TEXTURE_BYTES: usize = 1 << 30;
 
 /// A part of a scan with one texture, in the file's own units, y up and the viewer on the +z side.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct ScanPart {
     /// What the file calls it.
     pub name: String,
@@ -87,35 +87,29 @@ struct Textures<'a> {
 }
 
 impl Textures<'_> {
-    /// The number of the picture called `name`, whose file `read` gives when it is met for the first time.
-    fn number(
-        &mut self,
-        name: &str,
-        read: impl FnOnce(&mut Self) -> Result<Vec<u8>, FormatError>,
-    ) -> Result<usize, FormatError> {
-        if let Some(number) = self.named.iter().position(|known| known == name) {
-            return Ok(number);
-        }
-        let picture = read(self)
-            .and_then(|bytes| (self.decode)(&bytes))
-            .or_else(|error| refused(format!("its texture {name:?}: {error}")))?;
-        self.bytes += picture.rgb().len();
-        if self.bytes > MAX_TEXTURE_BYTES {
-            return refused("its textures have more than 1 GiB of pixels: make them smaller");
-        }
-        self.named.push(name.to_owned());
-        self.pictures.push(picture);
-        Ok(self.pictures.len() - 1)
-    }
-
-    /// As [`Self::number`]; a picture that cannot be had is noted, and the scan goes on without it.
+    /// The number of the picture called `name`, whose file `read` gives when it is met for the first time. A picture that cannot be had is
+    /// noted, and the scan goes on without it.
     fn number_or_note(
         &mut self,
         name: &str,
         read: impl FnOnce(&mut Self) -> Result<Vec<u8>, FormatError>,
     ) -> Option<usize> {
-        let number = self.number(name, read);
-        number.map_err(|error| self.note(error.to_string())).ok()
+        if let Some(number) = self.named.iter().position(|known| known == name) {
+            return Some(number);
+        }
+        match read(self).and_then(|bytes| (self.decode)(&bytes)) {
+            Err(error) => self.note(format!("its texture {name:?}: {error}")),
+            Ok(picture) => {
+                self.bytes += picture.rgb().len();
+                if self.bytes <= MAX_TEXTURE_BYTES {
+                    self.named.push(name.to_owned());
+                    self.pictures.push(picture);
+                    return Some(self.pictures.len() - 1);
+                }
+                self.note("its textures have more than 1 GiB of pixels: make them smaller".to_owned());
+            }
+        }
+        None
     }
 
     /// Notes something once.
@@ -129,12 +123,9 @@ impl Textures<'_> {
     /// its maker's disk does, the file of that name beside the scan is taken. Files from Windows write paths with backslashes.
     fn file(&mut self, name: &str) -> Result<Vec<u8>, FormatError> {
         let path = PathBuf::from(name.trim_matches('"').replace('\\', "/"));
-        let drive = path
-            .components()
-            .next()
-            .is_some_and(|first| first.as_os_str().to_string_lossy().ends_with(':'));
+        let is_drive = |first: Component<'_>| first.as_os_str().to_string_lossy().ends_with(':');
         let is_within = |part: Component<'_>| matches!(part, Component::Normal(_) | Component::CurDir);
-        let is_inside = !drive && path.components().all(is_within);
+        let is_inside = path.components().all(is_within) && !path.components().next().is_some_and(is_drive);
         let asked = (is_inside && path.file_name().is_some()).then(|| (self.beside)(&path));
         let asked = match asked {
             Some(Ok(bytes)) => return Ok(bytes),

@@ -1,18 +1,18 @@
 //! The parts of a Wavefront OBJ file, and the textures that its materials (MTL) name.
 
-use super::{ScanPart, Textures, Wrap};
+use super::{ScanPart, Textures};
 use crate::error::FormatError;
 use crate::obj::{ObjCorner, ObjFile, ObjGroup, numbers};
-use deepsft_geometry::glam::{DVec2, DVec3};
+use deepsft_geometry::glam::DVec2;
 use std::collections::{HashMap, HashSet};
 
 /// The parts of an OBJ file, and if they are wanted the textures its materials name.
 pub(super) fn parts(bytes: &[u8], textures: &mut Textures<'_>) -> Result<Vec<ScanPart>, FormatError> {
     let file = ObjFile::parse(bytes)?;
-    let mut materials = HashMap::new();
-    if textures.are_wanted {
-        materials = read_materials(&file.material_files, textures);
-    }
+    let are_wanted = textures.are_wanted;
+    let materials = are_wanted
+        .then(|| read_materials(&file.material_files, textures))
+        .unwrap_or_default();
     let mut parts = Vec::new();
     let mut bare: Vec<(&str, usize)> = Vec::new();
     for group in &file.groups {
@@ -26,8 +26,7 @@ pub(super) fn parts(bytes: &[u8], textures: &mut Textures<'_>) -> Result<Vec<Sca
         let color = material.and_then(|material| material.color);
         let (placed, unplaced): (Vec<_>, Vec<_>) =
             (group.faces.iter().copied()).partition(|face| face.iter().all(|corner| corner.texture.is_some()));
-        let own = part(&file, group, &placed, texture.ok_or(color));
-        parts.push(own);
+        parts.push(part(&file, group, &placed, texture.ok_or(color)));
         // Beside a picture a material's colour says nothing.
         let plain = material.filter(|material| material.picture.is_none());
         let unplaced_part = part(&file, group, &unplaced, Err(plain.and(color)));
@@ -123,16 +122,13 @@ fn add_materials(materials: &mut HashMap<String, Material>, folder: &str, mtl: &
 
 /// A colour in bytes; some programs write 0 to 255 in place of 0 to 1.
 fn srgb(color: [f64; 3]) -> [u8; 3] {
-    let scale = if color.iter().any(|part| *part > 1.0) {
-        1.0
-    } else {
-        255.0
-    };
+    let is_bytes = color.iter().any(|part| *part > 1.0);
+    let scale = if is_bytes { 1.0 } else { 255.0 };
     color.map(|part| (scale * part).round() as u8)
 }
 
-/// One vertex for each pair of position and texture coordinates; normals are ours. `texture` is its number, or the colour of its material:
-/// without a texture the colours of the vertices count, and else that of the material.
+/// A part of these faces, with a vertex for each corner; normals are ours. `texture` is its number, or the colour of its material: without a
+/// texture the colours of the vertices count, and else that of the material.
 fn part(
     file: &ObjFile,
     group: &ObjGroup,
@@ -141,34 +137,22 @@ fn part(
 ) -> ScanPart {
     let mut part = ScanPart {
         name: group.name.clone(),
-        positions: Vec::new(),
-        texture_coordinates: Vec::new(),
-        faces: Vec::new(),
+        faces: (0..faces.len())
+            .map(|face| [3 * face, 3 * face + 1, 3 * face + 2])
+            .collect(),
         texture: texture.ok(),
-        wraps: [Wrap::Repeat; 2],
-        colors: Vec::new(),
+        ..ScanPart::default()
     };
     let has_colors = file.colors.len() == file.positions.len();
-    let mut known: HashMap<(usize, Option<usize>), usize> = HashMap::new();
-    for face in faces {
-        let vertex = |ObjCorner {
-                          position,
-                          texture: place,
-                      }: ObjCorner| {
-            *known.entry((position, place)).or_insert_with(|| {
-                let [x, y, z] = file.positions[position];
-                let [u, v] = place.map_or([0.0; 2], |place| file.texture_coordinates[place]);
-                part.positions.push(DVec3::new(x, y, z));
-                // OBJ's v points up.
-                part.texture_coordinates.push(DVec2::new(u, 1.0 - v));
-                if let Err(color) = texture {
-                    let of_vertex = has_colors.then(|| srgb(file.colors[position]));
-                    part.colors.extend(of_vertex.or(color));
-                }
-                part.positions.len() - 1
-            })
-        };
-        part.faces.push(face.map(vertex));
+    for corner in faces.as_flattened() {
+        part.positions.push(file.positions[corner.position].into());
+        let [u, v] = corner.texture.map_or([0.0; 2], |place| file.texture_coordinates[place]);
+        // OBJ's v points up.
+        part.texture_coordinates.push(DVec2::new(u, 1.0 - v));
+        if let Err(color) = texture {
+            let of_vertex = has_colors.then(|| srgb(file.colors[corner.position]));
+            part.colors.extend(of_vertex.or(color));
+        }
     }
     part
 }

@@ -1,9 +1,9 @@
 //! PLY (Stanford), as text or binary: triangles and polygons with texture coordinates or with colours of their vertices.
 
-use super::{ScanPart, Textures, Wrap, refused};
+use super::{ScanPart, Textures, refused};
 use crate::error::FormatError;
 use deepsft_geometry::glam::{DVec2, DVec3};
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 
 /// Most numbers of vertices and faces that are read.
 const MAX_NUMBERS: usize = 100_000_000;
@@ -46,41 +46,26 @@ pub(super) fn parts(bytes: &[u8], textures: &mut Textures<'_>) -> Result<Vec<Sca
         }
     }
     let mut parts: BTreeMap<Option<usize>, ScanPart> = BTreeMap::new();
-    let mut known: HashMap<(Option<usize>, usize, [u64; 2]), usize> = HashMap::new();
     for face in &faces {
         let texture = pictures.get(face.texture).copied().flatten();
         let part = parts.entry(texture).or_insert_with(|| ScanPart {
             name: "mesh".to_owned(),
-            positions: Vec::new(),
-            texture_coordinates: Vec::new(),
-            faces: Vec::new(),
             texture,
-            wraps: [Wrap::Repeat; 2],
-            colors: Vec::new(),
+            ..ScanPart::default()
         });
-        let mut corner = |(k, &v): (usize, &usize)| {
+        let first = part.positions.len();
+        for (k, &v) in face.vertices.iter().enumerate() {
             let Some(&position) = vertices.positions.get(v) else {
                 let count = vertices.positions.len();
                 return refused(format!("a face names vertex {v}, there are {count}: export it again"));
             };
             let place = face.places.get(k).or_else(|| vertices.places.get(v));
-            let place = place.copied().unwrap_or_default();
-            let key = (texture, v, place.to_array().map(f64::to_bits));
-            Ok(*known.entry(key).or_insert_with(|| {
-                part.positions.push(position);
-                part.texture_coordinates.push(place);
-                part.colors.extend(vertices.colors.get(v).filter(|_| texture.is_none()));
-                part.positions.len() - 1
-            }))
-        };
-        let corners: Vec<usize> = face
-            .vertices
-            .iter()
-            .enumerate()
-            .map(&mut corner)
-            .collect::<Result<_, _>>()?;
-        let fan = corners.windows(2).skip(1).map(|pair| [corners[0], pair[0], pair[1]]);
-        part.faces.extend(fan);
+            part.positions.push(position);
+            part.texture_coordinates.push(place.copied().unwrap_or_default());
+            part.colors.extend(vertices.colors.get(v).filter(|_| texture.is_none()));
+        }
+        // A fan.
+        (part.faces).extend((first + 2..part.positions.len()).map(|corner| [first, corner - 1, corner]));
     }
     Ok(parts.into_values().collect())
 }
@@ -101,11 +86,7 @@ impl Vertices {
         let place = PLACES.iter().find_map(|names| element.named(*names));
         let color = COLORS.iter().find_map(|names| element.named(*names));
         // The largest value of a colour.
-        let white = color.map_or(1.0, |[red, ..]| match element.properties[red].kind {
-            Kind::U8 | Kind::I8 => 255.0,
-            Kind::U16 | Kind::I16 => 65_535.0,
-            _ => 1.0,
-        });
+        let white = color.map_or(1.0, |[red, ..]| element.properties[red].kind.white);
         let mut vertices = Self::default();
         element.rows(numbers, |row| {
             let first = |property: usize| row[property].first().copied().unwrap_or(f64::NAN);
@@ -173,35 +154,44 @@ struct Element {
 struct Property {
     name: String,
     /// Of the number of values before them, if it is a list.
-    length: Option<Kind>,
-    kind: Kind,
+    length: Option<&'static Kind>,
+    kind: &'static Kind,
 }
 
-#[derive(Clone, Copy, PartialEq)]
-enum Kind {
-    I8,
-    U8,
-    I16,
-    U16,
-    I32,
-    U32,
-    F32,
-    F64,
+/// A kind of numbers.
+struct Kind {
+    /// What they are called.
+    names: [&'static str; 2],
+    /// The largest value of a colour.
+    white: f64,
+    /// Reads a binary one.
+    read: fn(&mut Numbers<'_>) -> Result<f64, FormatError>,
 }
+
+macro_rules! kind {
+    ($names:expr, $white:expr, $number:ty) => {
+        Kind {
+            names: $names,
+            white: $white,
+            read: |numbers| Ok(<$number>::from_le_bytes(numbers.bytes()?).into()),
+        }
+    };
+}
+
+static KINDS: [Kind; 8] = [
+    kind!(["char", "int8"], 255.0, i8),
+    kind!(["uchar", "uint8"], 255.0, u8),
+    kind!(["short", "int16"], 65_535.0, i16),
+    kind!(["ushort", "uint16"], 65_535.0, u16),
+    kind!(["int", "int32"], 1.0, i32),
+    kind!(["uint", "uint32"], 1.0, u32),
+    kind!(["float", "float32"], 1.0, f32),
+    kind!(["double", "float64"], 1.0, f64),
+];
 
 impl Kind {
-    fn named(name: &str) -> Option<Self> {
-        Some(match name {
-            "char" | "int8" => Self::I8,
-            "uchar" | "uint8" => Self::U8,
-            "short" | "int16" => Self::I16,
-            "ushort" | "uint16" => Self::U16,
-            "int" | "int32" => Self::I32,
-            "uint" | "uint32" => Self::U32,
-            "float" | "float32" => Self::F32,
-            "double" | "float64" => Self::F64,
-            _ => return None,
-        })
+    fn named(name: &str) -> Option<&'static Self> {
+        KINDS.iter().find(|kind| kind.names.contains(&name))
     }
 }
 
@@ -276,11 +266,8 @@ impl Element {
     /// The places of properties in a row.
     fn named<const N: usize>(&self, names: [&str; N]) -> Option<[usize; N]> {
         let place = |name: &str| self.properties.iter().position(|property| property.name == name);
-        let places = names.map(place);
-        places
-            .iter()
-            .all(Option::is_some)
-            .then(|| places.map(Option::unwrap_or_default))
+        let places: Option<Vec<usize>> = names.into_iter().map(place).collect();
+        places?.try_into().ok()
     }
 
     /// Reads all rows: `each` takes the numbers of each property.
@@ -322,7 +309,7 @@ struct Numbers<'a> {
 }
 
 impl Numbers<'_> {
-    fn next(&mut self, kind: Kind) -> Result<f64, FormatError> {
+    fn next(&mut self, kind: &Kind) -> Result<f64, FormatError> {
         self.read += 1;
         if self.read > MAX_NUMBERS {
             return refused(format!("it has more than {MAX_NUMBERS} numbers: make it coarser"));
@@ -338,16 +325,7 @@ impl Numbers<'_> {
                 Ok,
             );
         }
-        Ok(match kind {
-            Kind::I8 => self.bytes().map(i8::from_le_bytes)?.into(),
-            Kind::U8 => self.bytes().map(u8::from_le_bytes)?.into(),
-            Kind::I16 => self.bytes().map(i16::from_le_bytes)?.into(),
-            Kind::U16 => self.bytes().map(u16::from_le_bytes)?.into(),
-            Kind::I32 => self.bytes().map(i32::from_le_bytes)?.into(),
-            Kind::U32 => self.bytes().map(u32::from_le_bytes)?.into(),
-            Kind::F32 => self.bytes().map(f32::from_le_bytes)?.into(),
-            Kind::F64 => self.bytes().map(f64::from_le_bytes)?,
-        })
+        (kind.read)(self)
     }
 
     /// The bytes of a binary number, the least first.

@@ -3,35 +3,21 @@
 use super::{Scan, Textures, gltf, obj, ply, refused};
 use crate::error::FormatError;
 use crate::foreign::guarded;
-use crate::picture::decode_picture;
 use deepsft_geometry::Picture;
 use std::path::Path;
 
 /// Reads a scan from the bytes of its file: OBJ, PLY, glTF or GLB by the ending of `file_name`. `texture`, if given, is that of
-/// all parts, whatever the file says. `beside` reads a file by its path in the scan's folder; no path it is given is
-/// absolute or leads out of the folder.
+/// all parts, whatever the file says. `decode` decodes its pictures ([`crate::decode_picture`]). `beside` reads a file by its path in the
+/// scan's folder; no path it is given is absolute or leads out of the folder.
 ///
 /// # Errors
-/// [`FormatError::Scan`] says what is wrong with it; errors of `beside`.
+/// [`FormatError::Scan`] says what is wrong with it; errors of `decode` and `beside`.
 pub fn read_scan(
     file_name: &str,
     bytes: &[u8],
     texture: Option<Picture>,
-    beside: &dyn Fn(&Path) -> Result<Vec<u8>, FormatError>,
-) -> Result<Scan, FormatError> {
-    read_scan_decoding(file_name, bytes, texture, beside, &decode_picture)
-}
-
-/// Reads a scan as [`read_scan`] does, with a decoder of pictures of one's own.
-///
-/// # Errors
-/// As [`read_scan`]; errors of `decode`.
-pub fn read_scan_decoding(
-    file_name: &str,
-    bytes: &[u8],
-    texture: Option<Picture>,
-    beside: &dyn Fn(&Path) -> Result<Vec<u8>, FormatError>,
     decode: &dyn Fn(&[u8]) -> Result<Picture, FormatError>,
+    beside: &dyn Fn(&Path) -> Result<Vec<u8>, FormatError>,
 ) -> Result<Scan, FormatError> {
     let mut textures = Textures {
         beside,

@@ -1,6 +1,6 @@
 //! glTF files that are well made, odd or made to harm.
 
-use deepsft_formats::{FormatError, Scan, Wrap, encode_png, read_scan};
+use deepsft_formats::{FormatError, Scan, Wrap, decode_picture, encode_png, read_scan};
 use deepsft_geometry::Picture;
 use serde_json::{Value, json};
 use std::path::Path;
@@ -35,17 +35,23 @@ fn triangle() -> (Value, Vec<u8>) {
 fn read_with(json: &Value, picture: &str) -> Result<Scan, FormatError> {
     let (_, buffer) = triangle();
     let art = encode_png(&Picture::from_fn(2, 2, |_, _| [9; 3])).unwrap();
-    read_scan("a.gltf", json.to_string().as_bytes(), None, &|path: &Path| {
-        assert!(path.is_relative(), "{}", path.display());
-        match path.to_str() {
-            Some("triangle.bin") => Ok(buffer.clone()),
-            Some(name) if name == picture => Ok(art.clone()),
-            _ => Err(FormatError::File {
-                reason: "there is no such file".into(),
-                path: path.to_path_buf(),
-            }),
-        }
-    })
+    read_scan(
+        "a.gltf",
+        json.to_string().as_bytes(),
+        None,
+        &decode_picture,
+        &|path: &Path| {
+            assert!(path.is_relative(), "{}", path.display());
+            match path.to_str() {
+                Some("triangle.bin") => Ok(buffer.clone()),
+                Some(name) if name == picture => Ok(art.clone()),
+                _ => Err(FormatError::File {
+                    reason: "there is no such file".into(),
+                    path: path.to_path_buf(),
+                }),
+            }
+        },
+    )
 }
 
 #[test]
@@ -216,7 +222,7 @@ fn ten_thousand_primitives_of_one_accessor_do_not_fill_the_memory() {
     json["bufferViews"][0]["byteLength"] = 36_000.into();
     json["bufferViews"][1] = json!({"buffer": 0, "byteLength": 24_000});
     let read = |json: &Value| {
-        read_scan("a.gltf", json.to_string().as_bytes(), None, &|path| {
+        read_scan("a.gltf", json.to_string().as_bytes(), None, &decode_picture, &|path| {
             Ok(if path == Path::new("triangle.bin") {
                 vertices.clone()
             } else {
@@ -271,10 +277,10 @@ fn binary_files_that_lie_about_their_lengths_are_errors_and_no_panics() {
         for version in [0_u32, 2] {
             let mut bytes = [b"glTF".as_slice(), &version.to_le_bytes(), &length.to_le_bytes()].concat();
             for _ in 0..3 {
-                read_scan("a.glb", &bytes, None, &none).unwrap_err();
+                read_scan("a.glb", &bytes, None, &decode_picture, &none).unwrap_err();
                 bytes.extend(length.to_le_bytes());
             }
         }
     }
-    read_scan("a.glb", b"glTF", None, &none).unwrap_err();
+    read_scan("a.glb", b"glTF", None, &decode_picture, &none).unwrap_err();
 }

@@ -1,11 +1,11 @@
 //! PLY files, as text and binary of both orders of bytes.
 
-use deepsft_formats::{FormatError, Scan, encode_png, read_scan};
+use deepsft_formats::{FormatError, Scan, decode_picture, encode_png, read_scan};
 use deepsft_geometry::Picture;
 use deepsft_geometry::glam::{DVec2, DVec3};
 
 fn read(bytes: &[u8]) -> Result<Scan, FormatError> {
-    read_scan("a.PLY", bytes, None, &|path| match path.to_str() {
+    read_scan("a.PLY", bytes, None, &decode_picture, &|path| match path.to_str() {
         Some("art work.png") => encode_png(&Picture::from_fn(2, 2, |_, _| [9; 3])),
         _ => Err(FormatError::Scan(format!("{} is not there", path.display()))),
     })
@@ -105,8 +105,12 @@ fn what_is_wrong_with_a_ply_file_is_told() {
     assert!(text("element face 2", "element face 0").contains("cloud of points"));
     // A count that is a lie takes no memory.
     assert!(text("element vertex 4", "element vertex 4000000000000").contains("cut short"));
-    let error = read_scan("a.ply", &whole, Some(Picture::from_fn(2, 2, |_, _| [9; 3])), &|_| {
-        Ok(Vec::new())
-    });
+    let error = read_scan(
+        "a.ply",
+        &whole,
+        Some(Picture::from_fn(2, 2, |_, _| [9; 3])),
+        &decode_picture,
+        &|_| Ok(Vec::new()),
+    );
     assert!(error.unwrap_err().to_string().contains("no texture coordinates"));
 }

@@ -1,6 +1,6 @@
 //! OBJ files with their materials.
 
-use deepsft_formats::{FormatError, Scan, encode_png, read_scan};
+use deepsft_formats::{FormatError, Scan, decode_picture, encode_png, read_scan};
 use deepsft_geometry::Picture;
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
@@ -10,16 +10,22 @@ const OBJ: &str = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0
 /// What is read of a triangle whose materials are `mtl`, with a picture at `pictures/art.png`.
 fn read(mtl: &str) -> Result<Scan, FormatError> {
     let art = encode_png(&Picture::from_fn(2, 2, |_, _| [9; 3])).unwrap();
-    read_scan("a.obj", OBJ.as_bytes(), None, &|path| match path.to_str() {
-        Some("a.mtl") => Ok(mtl.as_bytes().to_vec()),
-        Some("pictures/art.png") => Ok(art.clone()),
-        _ => {
-            let outside = path.is_absolute() || path.starts_with("..") || path.starts_with("C:");
-            assert!(!outside, "{} was asked for", path.display());
-            let reason = format!("{} is not there", path.display());
-            Err(FormatError::Scan(reason))
-        }
-    })
+    read_scan(
+        "a.obj",
+        OBJ.as_bytes(),
+        None,
+        &decode_picture,
+        &|path| match path.to_str() {
+            Some("a.mtl") => Ok(mtl.as_bytes().to_vec()),
+            Some("pictures/art.png") => Ok(art.clone()),
+            _ => {
+                let outside = path.is_absolute() || path.starts_with("..") || path.starts_with("C:");
+                assert!(!outside, "{} was asked for", path.display());
+                let reason = format!("{} is not there", path.display());
+                Err(FormatError::Scan(reason))
+            }
+        },
+    )
 }
 
 #[test]
@@ -66,7 +72,7 @@ fn a_texture_outside_of_the_folder_is_not_read_but_the_one_beside_the_scan_is() 
 /// What is read of an OBJ file beside these files; those without text are pictures.
 fn files(obj: &str, beside: &[(&str, &str)]) -> Result<Scan, FormatError> {
     let art = encode_png(&Picture::from_fn(2, 2, |_, _| [9; 3])).unwrap();
-    read_scan("a.obj", obj.as_bytes(), None, &|path| {
+    read_scan("a.obj", obj.as_bytes(), None, &decode_picture, &|path| {
         let file = beside.iter().find(|(name, _)| Path::new(name) == path);
         let missing = || FormatError::Scan(format!("{} is not there", path.display()));
         let (_, text) = file.ok_or_else(missing)?;
@@ -141,7 +147,7 @@ fn a_mark_of_the_byte_order_and_lines_that_go_on_are_read() {
 fn asked(material_file: &str) -> (Vec<PathBuf>, Vec<String>) {
     let paths = RefCell::new(Vec::new());
     let obj = OBJ.replace("a.mtl", material_file);
-    let read = read_scan("a.obj", obj.as_bytes(), None, &|beside: &Path| {
+    let read = read_scan("a.obj", obj.as_bytes(), None, &decode_picture, &|beside: &Path| {
         paths.borrow_mut().push(beside.to_path_buf());
         Err(FormatError::Scan("it is not there".to_owned()))
     });
@@ -183,19 +189,25 @@ fn polygons_are_fans_and_names_are_kept() {
     let mtl = "newmtl c\nmap_Kd c.png\nnewmtl a b\nmap_Kd a b.png\n";
     let asked = RefCell::new(Vec::new());
     let read = |text: &str| {
-        read_scan("a.obj", text.as_bytes(), None, &|path| match path.to_str() {
-            Some("a.mtl") => Ok(mtl.into()),
-            path => {
-                asked.borrow_mut().extend(path.map(str::to_owned));
-                encode_png(&Picture::from_fn(2, 2, |_, _| [9; 3]))
-            }
-        })
+        read_scan(
+            "a.obj",
+            text.as_bytes(),
+            None,
+            &decode_picture,
+            &|path| match path.to_str() {
+                Some("a.mtl") => Ok(mtl.into()),
+                path => {
+                    asked.borrow_mut().extend(path.map(str::to_owned));
+                    encode_png(&Picture::from_fn(2, 2, |_, _| [9; 3]))
+                }
+            },
+        )
     };
     let scan = read(&text).unwrap();
     let faces: Vec<_> = scan.parts.iter().map(|part| part.faces.as_slice()).collect();
-    assert_eq!(faces, [[[0, 1, 2], [0, 2, 3]].as_slice(), [[0, 1, 2]].as_slice()]);
+    assert_eq!(faces, [[[0, 1, 2], [3, 4, 5]].as_slice(), [[0, 1, 2]].as_slice()]);
     assert!(scan.parts.iter().all(|part| part.name == "box"));
-    assert_eq!(scan.parts[0].positions[3].to_array(), [0.0, 1.0, 0.0]);
+    assert_eq!(scan.parts[0].positions[5].to_array(), [0.0, 1.0, 0.0]);
     // The textures in the order in which the parts ask for them.
     assert_eq!(asked.take(), ["a b.png", "c.png"]);
     let scan = read(&text.replace("1/1/7", "1//7")).unwrap();

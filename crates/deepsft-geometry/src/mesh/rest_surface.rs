@@ -1,6 +1,6 @@
 //! Rest positions: points of a template's rest shape in the unit cube, which do not jump at seams as (u, v) does.
 
-use super::surface_point::SurfacePoint;
+use super::surface_point::{SurfacePoint, weighted};
 use super::template::Template;
 use glam::{DVec2, DVec3};
 use rstar::{AABB, PointDistance, RTree, RTreeObject};
@@ -49,9 +49,8 @@ impl RTreeObject for Face {
 
 impl PointDistance for Face {
     fn distance_2(&self, point: &[f64; 3]) -> f64 {
-        let [a, b, c] = nearest_in_triangle((*point).into(), self.corners);
-        let [p, q, r] = self.corners;
-        (a * p + b * q + c * r).distance_squared((*point).into())
+        let nearest = nearest_in_triangle((*point).into(), self.corners);
+        weighted(nearest, self.corners).distance_squared((*point).into())
     }
 }
 
@@ -117,7 +116,7 @@ impl RestSurface {
 
 /// Barycentric coordinates of the point of a triangle that is nearest to `p` (Ericson 2005, "Real-Time Collision Detection",
 /// section 5.1.5).
-fn nearest_in_triangle(p: DVec3, [a, b, c]: [DVec3; 3]) -> [f64; 3] {
+pub(crate) fn nearest_in_triangle(p: DVec3, [a, b, c]: [DVec3; 3]) -> [f64; 3] {
     let (ab, ac) = (b - a, c - a);
     let along = |corner: DVec3| [ab.dot(p - corner), ac.dot(p - corner)];
     let ([b_a, c_a], [b_b, c_b], [b_c, c_c]) = (along(a), along(b), along(c));

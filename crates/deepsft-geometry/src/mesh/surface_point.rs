@@ -28,7 +28,8 @@ impl SurfacePoint {
     }
 }
 
-fn weighted(weights: [f64; 3], [a, b, c]: [DVec3; 3]) -> DVec3 {
+/// The point of a triangle with these weights of its corners.
+pub(crate) fn weighted(weights: [f64; 3], [a, b, c]: [DVec3; 3]) -> DVec3 {
     weights[0] * a + weights[1] * b + weights[2] * c
 }
 

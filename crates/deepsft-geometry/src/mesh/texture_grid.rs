@@ -40,8 +40,8 @@ impl TextureGrid {
     }
 }
 
-/// Barycentric coordinates of `uv` in a triangle of the texture. Not finite in one without area.
-pub(crate) fn texture_barycentric(uv: DVec2, [a, b, c]: [DVec2; 3]) -> [f64; 3] {
+/// Gives the barycentric coordinates of `uv` in a triangle of the texture. Not finite in one without area.
+pub fn texture_barycentric(uv: DVec2, [a, b, c]: [DVec2; 3]) -> [f64; 3] {
     let area = (b - a).perp_dot(c - a);
     let second = (uv - a).perp_dot(c - a) / area;
     let third = (b - a).perp_dot(uv - a) / area;

@@ -1,16 +1,18 @@
 //! How the faces of a mesh hang together: pieces, texture charts, seams, borders.
 
 use super::disjoint_sets::DisjointSets;
+use super::side::Side;
 use super::triangle_mesh::TriangleMesh;
 use super::welding::Welding;
 use crate::template_error::TemplateError;
 use glam::DVec2;
 use std::collections::HashSet;
+use std::ops::Range;
 
 /// Texels along each side of the raster on which [`texture_overlap`] counts.
 const OVERLAP_TEXELS: usize = 512;
 
-/// A texel's centre counts to a face when it lies this far inside it along its row, texels: neighbours share their edge.
+/// How far inside a triangle, along a row, the middle of a square counts to it, squares: neighbours share their edge.
 const INSIDE: f64 = 1e-3;
 
 /// What a template's mesh is made of. Seams are welded first ([`Welding`]), so a point that stands in the mesh once for
@@ -50,30 +52,22 @@ impl Topology {
     pub fn of(mesh: &TriangleMesh) -> Result<Self, TemplateError> {
         let welding = Welding::of(mesh)?;
         let welded = welding.mesh();
-        // Each side of a face: its edge, whether it runs from the smaller to the larger vertex, the face, and the edge
-        // in the unwelded mesh.
-        let mut sides: Vec<([usize; 2], bool, usize, [usize; 2])> = Vec::with_capacity(3 * mesh.faces().len());
-        for (face, (corners, original)) in welded.faces().iter().zip(mesh.faces()).enumerate() {
-            for k in 0..3 {
-                let (a, b) = (corners[k], corners[(k + 1) % 3]);
-                let (i, j) = (original[k], original[(k + 1) % 3]);
-                sides.push(([a.min(b), a.max(b)], a < b, face, [i.min(j), i.max(j)]));
-            }
-        }
-        sides.sort_unstable();
+        let sides = Side::of(welded.faces());
         let (mut edges, mut seam_edges, mut border_edges, mut non_manifold_edges) = (0, 0, 0, 0);
-        for around in sides.chunk_by(|a, b| a.0 == b.0) {
+        for around in Side::by_edge(&sides) {
             edges += 1;
             match around {
                 [_] => border_edges += 1,
                 [one, other] => {
-                    if one.1 == other.1 {
+                    if one.is_forward(welded.faces()) == other.is_forward(welded.faces()) {
                         return Err(TemplateError::FaceOrientation {
-                            first: one.2.min(other.2),
-                            second: one.2.max(other.2),
+                            first: one.face,
+                            second: other.face,
                         });
                     }
-                    seam_edges += usize::from(one.3 != other.3);
+                    // They run opposite ways.
+                    let ([a, b, _], [c, d, _]) = (one.corners(mesh.faces()), other.corners(mesh.faces()));
+                    seam_edges += usize::from([a, b] != [d, c]);
                 }
                 _ => non_manifold_edges += 1,
             }
@@ -114,25 +108,15 @@ pub(super) fn texture_overlap(mesh: &TriangleMesh) -> f64 {
     let side = OVERLAP_TEXELS as f64;
     // The last bit says that a face uses a texel, the one before it that another does too.
     let mut uses = vec![0_u8; OVERLAP_TEXELS * OVERLAP_TEXELS];
-    // Centres lie at whole numbers plus one half.
-    let range = |low: f64, high: f64| {
-        let first = (low - 0.5).ceil().max(0.0) as usize;
-        first..((high - 0.5).floor().max(-1.0) + 1.0).min(side) as usize
-    };
     for face in mesh.faces() {
-        let corners @ [a, b, c] = face.map(|v| mesh.texture_coordinates()[v] * side);
-        if (b - a).perp_dot(c - a) == 0.0 {
-            continue;
-        }
-        for row in range(a.y.min(b.y).min(c.y), a.y.max(b.y).max(c.y)) {
-            let y = row as f64 + 0.5;
-            let (low, high) = across(corners, y);
-            let columns = range(low + INSIDE, high - INSIDE);
-            let of_the_face = uses[row * OVERLAP_TEXELS..][..OVERLAP_TEXELS].get_mut(columns);
-            for uses in of_the_face.into_iter().flatten() {
+        rows_within(face.map(|v| mesh.texture_coordinates()[v] * side), |row, columns| {
+            // Texture coordinates pass the border by rounding only.
+            let row = uses[row as usize * OVERLAP_TEXELS..][..OVERLAP_TEXELS]
+                .get_mut(columns.start as usize..columns.end as usize);
+            for uses in row.into_iter().flatten() {
                 *uses |= *uses << 1 | 1;
             }
-        }
+        });
     }
     // No sum can wrap, and without a check of that the loop is one of vectors.
     let count = |bit: u8| {
@@ -142,16 +126,24 @@ pub(super) fn texture_overlap(mesh: &TriangleMesh) -> f64 {
     f64::from(count(2)) / f64::from(count(1).max(1))
 }
 
-/// From where to where a triangle reaches in the row at `y`.
-fn across([a, b, c]: [DVec2; 3], y: f64) -> (f64, f64) {
-    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-    for [p, q] in [[a, b], [b, c], [c, a]] {
-        if (p.y <= y) != (q.y <= y) {
-            let x = p.x + (y - p.y) / (q.y - p.y) * (q.x - p.x);
-            (low, high) = (low.min(x), high.max(x));
+/// Calls `each` with the rows of squares of side 1, and the range of columns in them, whose middles are inside a triangle.
+pub fn rows_within([a, b, c]: [DVec2; 3], mut each: impl FnMut(i64, Range<i64>)) {
+    // Middles lie at whole numbers plus one half.
+    let range = |low: f64, high: f64| (low - 0.5).ceil() as i64..(high - 0.5).floor() as i64 + 1;
+    for row in range(a.y.min(b.y).min(c.y), a.y.max(b.y).max(c.y)) {
+        let y = row as f64 + 0.5;
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        for [p, q] in [[a, b], [b, c], [c, a]] {
+            if (p.y <= y) != (q.y <= y) {
+                let x = p.x + (y - p.y) / (q.y - p.y) * (q.x - p.x);
+                (low, high) = (low.min(x), high.max(x));
+            }
+        }
+        let columns = range(low + INSIDE, high - INSIDE);
+        if !columns.is_empty() {
+            each(row, columns);
         }
     }
-    (low, high)
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! Triangle meshes with texture coordinates.
 
+use super::side::Side;
 use crate::template_error::TemplateError;
 use glam::{DVec2, DVec3};
 
@@ -67,21 +68,16 @@ impl TriangleMesh {
 
     /// The undirected edges, each once, smaller index first, sorted.
     pub fn edges(&self) -> Vec<[usize; 2]> {
-        let sides = self.faces.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
-        let mut edges: Vec<_> = sides.map(|[a, b]| [a.min(b), a.max(b)]).collect();
-        edges.sort_unstable();
+        let mut edges: Vec<_> = Side::of(&self.faces).iter().map(|side| side.edge).collect();
         edges.dedup();
         edges
     }
 
     /// The sides that only one face has, and that face's third vertex.
     pub(crate) fn border(&self) -> Vec<[usize; 3]> {
-        let sides = |&[a, b, c]: &[usize; 3]| [[a, b, c], [b, c, a], [c, a, b]];
-        let mut sides: Vec<_> = self.faces.iter().flat_map(sides).collect();
-        let edge = |[a, b, _]: &[usize; 3]| [*a.min(b), *a.max(b)];
-        sides.sort_unstable_by_key(edge);
-        let of_edges = sides.chunk_by(|a, b| edge(a) == edge(b));
-        of_edges.filter(|sides| sides.len() == 1).flatten().copied().collect()
+        let sides = Side::of(&self.faces);
+        let alone = Side::by_edge(&sides).filter(|sides| sides.len() == 1).flatten();
+        alone.map(|side| side.corners(&self.faces)).collect()
     }
 
     /// Vertex normals of the front for other vertex positions: area-weighted means of the faces around each.

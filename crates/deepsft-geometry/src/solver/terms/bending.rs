@@ -1,11 +1,10 @@
 //! Bending of a flat sheet.
 
 use crate::error::GeometryError;
-use crate::mesh::TriangleMesh;
+use crate::mesh::{Side, TriangleMesh};
 use crate::solver::checked::check_weight;
 use crate::solver::energy::{Energy, ResidualSink};
 use glam::DVec3;
-use std::collections::BTreeMap;
 
 /// A face whose doubled area is below this fraction of its longest edge squared is taken as a line: its
 /// cotangents would be noise.
@@ -33,19 +32,15 @@ impl Bending {
     /// [`GeometryError::Weight`] for a weight that is negative or not finite.
     pub fn new(template: &TriangleMesh, weight: f64) -> Result<Self, GeometryError> {
         check_weight("bending", weight)?;
-        // Edge -> opposite corners of its faces.
-        let mut opposite: BTreeMap<[usize; 2], Vec<usize>> = BTreeMap::new();
-        for &[a, b, c] in template.faces() {
-            for (i, j, k) in [(a, b, c), (b, c, a), (c, a, b)] {
-                opposite.entry([i.min(j), i.max(j)]).or_default().push(k);
-            }
-        }
-        let hinge = |(edge, corners): (&[usize; 2], &Vec<usize>)| match corners[..] {
-            [k, l] if k != l && edge[0] != edge[1] => hinge(template.vertices(), [edge[0], edge[1], k, l]),
-            _ => None,
+        let sides = Side::of(template.faces());
+        let hinge = |around: &[Side]| {
+            let [one, other] = around else { return None };
+            let ([i, j], [k, l]) = (one.edge, [one, other].map(|side| side.corners(template.faces())[2]));
+            let is_hinge = k != l && i != j;
+            is_hinge.then(|| hinge(template.vertices(), [i, j, k, l])).flatten()
         };
         Ok(Self {
-            hinges: opposite.iter().filter_map(hinge).collect(),
+            hinges: Side::by_edge(&sides).filter_map(hinge).collect(),
             weight,
         })
     }
