@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use deepsft::{DeviceKind, Estimator, MODEL_FILE, ModelBundle, start_device};
-use deepsft_geometry::fitting::{FitOptions, FrameFitter};
+use deepsft_geometry::fitting::FrameFitter;
 use deepsft_geometry::{CompletionOptions, MapsCompletion, MeshRecovery, Topology};
 use deepsft_synth::{SynthConfig, Synthesizer};
 use deepsft_train::Evaluation;
@@ -52,7 +52,7 @@ fn every_shipped_model_is_as_accurate_as_its_card_says() {
             evaluation.unwrap().summary()
         };
         let fitted = {
-            let fitter = FrameFitter::new(bundle.template(), FitOptions::default()).unwrap();
+            let fitter = FrameFitter::new(bundle.template()).unwrap();
             summary(Some(&mut MeshRecovery::Fit(Box::new(fitter)))).median
         };
         let completed = {

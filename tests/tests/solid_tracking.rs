@@ -1,7 +1,7 @@
 //! An object with a volume that bends is followed all around.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-use deepsft_geometry::tracking::{TrackUpdate, Tracker, TrackerImage, TrackingOptions};
+use deepsft_geometry::tracking::{TrackUpdate, Tracker, TrackerImage};
 use deepsft_geometry::training_camera;
 use deepsft_synth::{ClipEvent, ClipLength, ClipStory, FIRST_CLIP_SEED, SynthConfig, Synthesizer, clip_frames};
 use deepsft_train::tracking_errors::{TRACKED_PX, mesh_errors};
@@ -18,7 +18,7 @@ fn a_soft_toy_that_bends_and_turns_once_around_is_followed() {
         ..ClipLength::default()
     };
     let story = ClipStory::new(&synthesizer, length, ClipEvent::Turning, FIRST_CLIP_SEED + 1003).unwrap();
-    let mut tracker = Tracker::new(&template, TrackingOptions::default()).unwrap();
+    let mut tracker = Tracker::new(&template).unwrap();
     let mut tracked = 0;
     for (k, sample) in clip_frames(&story, 0..FRAMES).enumerate() {
         let sample = sample.unwrap();

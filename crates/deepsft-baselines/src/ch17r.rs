@@ -15,12 +15,12 @@
 //!
 //! * Brunet's phi is a B-spline. Ours is the template's mesh, with the solver of `deepsft-geometry`: lengths of edges along the sides and the
 //!   diagonals of the cells stand for the metric tensor.
-//! * Weights are those of our own fit ([`FitOptions`]), for residuals in pixels. The article chooses its own by cross-validation.
+//! * Weights are those of our own fit ([`IsometricMesh`]), for residuals in pixels. The article chooses its own by cross-validation.
 //! * Squares, no robust cost: "statistically optimal" is said of noise without outliers.
 
 use crate::frame::Correspondence;
 use anyhow::Result;
-use deepsft_geometry::fitting::{FitOptions, IsometricMesh};
+use deepsft_geometry::fitting::{IsometricMesh, Stiffness};
 use deepsft_geometry::glam::{DVec2, DVec3};
 use deepsft_geometry::solver::{ImagePoint, Reprojection, Robust};
 use deepsft_geometry::{Camera, Template};
@@ -47,10 +47,9 @@ impl Ch17r {
     /// # Errors
     /// For a template without extent.
     pub fn new(template: &Template) -> Result<Self> {
-        let FitOptions { isometry, bending, .. } = FitOptions::default();
         let mesh = template.mesh();
         Ok(Self {
-            mesh: IsometricMesh::new(mesh.clone(), mesh, isometry, bending)?,
+            mesh: IsometricMesh::new(mesh.clone(), mesh)?,
             size_mm: template.size_mm(),
         })
     }
@@ -79,7 +78,10 @@ impl Ch17r {
             false => *p,
         };
         let start: Vec<DVec3> = start.iter().map(before_camera).collect();
-        Ok(self.mesh.solve(&[&data], &start, STEPS, true)?.vertices)
+        Ok(self
+            .mesh
+            .solve(Stiffness::WHOLE, &[&data], &start, STEPS, true)?
+            .vertices)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use clap::ValueEnum;
-use deepsft_geometry::fitting::{FitOptions, FrameFitter};
+use deepsft_geometry::fitting::FrameFitter;
 use deepsft_geometry::{CompletionOptions, MapsCompletion, MeshRecovery, Template};
 
 /// How the whole mesh is found.
@@ -22,7 +22,7 @@ impl MeshChoice {
         Ok(match self {
             Self::None => None,
             Self::Fit => {
-                let fitter = FrameFitter::new(template, FitOptions::default())?;
+                let fitter = FrameFitter::new(template)?;
                 Some(MeshRecovery::Fit(Box::new(fitter)))
             }
             Self::Complete => {

@@ -2,7 +2,7 @@
 //! Bartoli et al. 2015). A solid stays rigid: it bends little, and the fit to the image bends it.
 
 use crate::matching::Match;
-use deepsft_geometry::fitting::{FitOptions, GridInterpolation, IsometricMesh, SurfaceLocator};
+use deepsft_geometry::fitting::{GridInterpolation, IsometricMesh, Stiffness, SurfaceLocator};
 use deepsft_geometry::glam::{DMat2, DMat3, DVec2, DVec3};
 use deepsft_geometry::solver::{ImagePoint, Reprojection, Robust, SurfacePoint};
 use deepsft_geometry::{Camera, GeometryError, RigidMotion, Template, TriangleMesh};
@@ -43,8 +43,7 @@ impl ShapeSolver {
         let mesh = template.mesh();
         let shape = if template.is_sheet() {
             let coarse = template.coarser(COARSE_CELLS)?;
-            let FitOptions { isometry, bending, .. } = FitOptions::default();
-            let sheet = IsometricMesh::new(coarse.mesh().clone(), mesh, isometry, bending)?;
+            let sheet = IsometricMesh::new(coarse.mesh().clone(), mesh)?;
             Shape::Sheet(Box::new(sheet), GridInterpolation::cubic(&coarse, mesh)?)
         } else {
             Shape::Solid(mesh.clone(), SurfaceLocator::new(mesh))
@@ -102,7 +101,7 @@ impl ShapeSolver {
                 let data = Reprojection::new(&sheet.mesh, camera, &points, robust)?;
                 Ok(match soft {
                     true => sheet.solve_by_continuation(&[&data], start.to_vec(), STEPS)?,
-                    false => sheet.solve(&[&data], start, STEPS, false)?.vertices,
+                    false => sheet.solve(Stiffness::WHOLE, &[&data], start, STEPS, false)?.vertices,
                 })
             }
             Shape::Solid(mesh, _) => {

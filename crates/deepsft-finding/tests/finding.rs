@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use deepsft_finding::{FeatureFinder, Features, GradeLevel, PictureGrade};
-use deepsft_geometry::fitting::{FitOptions, FrameFitter, Start};
+use deepsft_geometry::fitting::{FrameFitter, Start};
 use deepsft_geometry::raster::VisibleSurface;
 use deepsft_geometry::{CanonicalWarp, ImageSize, Maps, Picture, Template, training_camera};
 use deepsft_synth::painting::artwork;
@@ -68,7 +68,7 @@ fn another_print_in_its_place_is_not_found_or_its_fit_tells() {
     let (shown, sought) = (print(1), print(2));
     let synthesizer = synthesizer(&shown);
     let mut finder = FeatureFinder::new(sought.clone()).unwrap();
-    let mut fitter = FrameFitter::new(&sought, FitOptions::default()).unwrap();
+    let mut fitter = FrameFitter::new(&sought).unwrap();
     let large = training_camera().resized((960, 540)).unwrap();
     let warp = CanonicalWarp::new(&large, &training_camera());
     for index in 0..8 {

@@ -44,7 +44,6 @@ fn a_loop_of_losses_and_returns_leaves_no_memory_behind() {
             smoothing: Some(OneEuroOptions::default()),
             // A loop begins as the one before.
             ask_every: Some(4),
-            ..SessionOptions::default()
         },
         delay: 3,
         ..VideoOptions::default()

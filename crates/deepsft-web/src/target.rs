@@ -13,7 +13,7 @@ use deepsft::{
     features::PictureGrade,
     geometry::{
         CalibratedCamera, Camera, CompletionOptions, ImageSize, Maps, MapsCompletion, Picture, Surface, Template,
-        fitting::{FitOptions, FrameFitter, Start},
+        fitting::{FrameFitter, Start},
     },
 };
 use js_sys::{Array, Float32Array, Object};
@@ -196,7 +196,7 @@ impl EngineTarget {
         let mut stopwatch = Stopwatch::start();
         let surface = match canonical {
             Some(image) => {
-                let make = || FrameFitter::new(template, FitOptions::default());
+                let make = || FrameFitter::new(template);
                 let mut fitter = self.fitter.borrow_mut();
                 made(&mut fitter, make)?.fit(image, camera, &Start::Maps(maps.clone()))?
             }

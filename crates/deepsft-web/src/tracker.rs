@@ -59,7 +59,6 @@ impl MeshTracker {
         let smoothing = OneEuroOptions {
             min_cutoff_hz: min_cutoff.unwrap_or(defaults.min_cutoff_hz),
             speed_coefficient: beta.unwrap_or(defaults.speed_coefficient),
-            ..defaults
         };
         let options = SessionOptions {
             smoothing: smooth.then_some(smoothing),

@@ -132,7 +132,6 @@ impl TrackArguments {
             session: SessionOptions {
                 smoothing: self.smooth.then(OneEuroOptions::default),
                 ask_every: self.find_every,
-                ..SessionOptions::default()
             },
             delay: match self.find_every {
                 Some(_) => 0,

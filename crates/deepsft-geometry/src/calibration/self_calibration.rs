@@ -4,8 +4,7 @@ use super::camera_parameters::{between, stepped};
 use super::view::{ASPECT, PARAMETERS, Reduced, View};
 use crate::camera::Camera;
 use crate::error::{GeometryError, check_size, check_start};
-use crate::fitting::FitOptions;
-use crate::fitting::mesh_fitter::{MeshFitter, check_blurs};
+use crate::fitting::mesh_fitter::{MeshFitter, RIGIDITY};
 use crate::image::{GreyImage, Picture};
 use crate::mesh::Template;
 use glam::{DVec3, DVec4};
@@ -33,44 +32,41 @@ const OTHER_LENS_VIEWS: usize = 3;
 /// Views for whose pixels room is made with the first: made one by one, it would grow the memory of a page that has long been at work.
 const RESERVED_VIEWS: usize = 12;
 
+/// Blur of image and drawing, pixels of the canonical image, of each update of the camera; later updates take the last.
+const BLURS_PX: [f32; 3] = [2.0, 1.2, 0.8];
+
+/// Steps of a mesh between two updates of the camera.
+const STEPS: usize = 4;
+
+/// Variance of the fit's residuals, in units of its energy. What deviations are stated comes from it; chosen such that they hold on
+/// synthetic clips.
+const RESIDUAL_VARIANCE: f64 = 0.8;
+
+/// Least motion between two kept views, as a fraction of the template's diagonal: the mean way of the vertices.
+const MIN_MOTION: f64 = 0.05;
+
 /// What is known before the views are, and which views are taken.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SelfCalibrationOptions {
-    /// Weights of the mesh's fit to an image.
-    pub fit: FitOptions,
     /// Prior standard deviations of the true camera around the assumed one. They are of ln f, of the principal
     /// point's column and row as fractions of f, and of k1. 0 holds a parameter. Default 0.2, 0.02, 0.02, 0.03: a
     /// phone whose focal length was guessed.
     pub deviations: [f64; 4],
     /// Prior standard deviation of ln of the print's width over its height: printers and hands stretch paper. 0 holds it. Default 0.02.
     pub aspect_deviation: f64,
-    /// Blur of image and drawing, pixels of the canonical image, one entry for each update of the camera; later updates take the last.
-    pub blurs: Vec<f32>,
-    /// Steps of a mesh between two updates of the camera.
-    pub steps: usize,
-    /// Variance of the fit's residuals, in units of its energy. What deviations are stated comes from it; chosen such that they hold
-    /// on synthetic clips.
-    pub residual_variance: f64,
     /// Views from which the camera is solved for.
     pub min_views: usize,
     /// Views that are kept. One more takes the place of the one that tells least of the focal length.
     pub max_views: usize,
-    /// Least motion between two kept views, as a fraction of the template's diagonal: the mean way of the vertices.
-    pub min_motion: f64,
 }
 
 impl Default for SelfCalibrationOptions {
     fn default() -> Self {
         Self {
-            fit: FitOptions::default(),
             deviations: [0.2, 0.02, 0.02, 0.03],
             aspect_deviation: 0.02,
-            blurs: vec![2.0, 1.2, 0.8],
-            steps: 4,
-            residual_variance: 0.8,
             min_views: 4,
             max_views: 12,
-            min_motion: 0.05,
         }
     }
 }
@@ -142,13 +138,11 @@ impl SelfCalibration {
     /// Prepares everything that does not depend on the views.
     ///
     /// # Errors
-    /// [`GeometryError::NotASheet`] for a template of another shape, [`GeometryError::Weight`] for weights that are none and for no
-    /// blurs.
+    /// [`GeometryError::NotASheet`] for a template of another shape.
     pub fn new(template: &Template, options: SelfCalibrationOptions) -> Result<Self, GeometryError> {
-        check_blurs(&options.blurs)?;
         template.expect_sheet("telling the camera")?;
         Ok(Self {
-            fitter: MeshFitter::new(template, &options.fit)?,
+            fitter: MeshFitter::new(template, RIGIDITY)?,
             options,
             diagonal_mm: template.size_mm().length(),
             views: Vec::new(),
@@ -195,7 +189,7 @@ impl SelfCalibration {
             self.cameras = Some([*assumed; 2]);
         }
         let mut vertices = self.fitter.coarse_vertices(vertices_camera);
-        let far = self.options.min_motion * self.diagonal_mm;
+        let far = MIN_MOTION * self.diagonal_mm;
         if self.next > 0 || self.views.iter().any(|view| view.motion_from(&vertices) < far) {
             return Ok(false);
         }
@@ -233,11 +227,10 @@ impl SelfCalibration {
         if self.views.len() < self.options.min_views.max(1) {
             return Ok(None);
         }
-        let blurs = &self.options.blurs;
-        let last = blurs.len() - 1;
-        let blur = blurs[self.updates.min(last)];
+        let last = BLURS_PX.len() - 1;
+        let blur = BLURS_PX[self.updates.min(last)];
         let view = &mut self.views[self.next];
-        view.fit(&mut self.fitter, &camera, (blur, self.options.steps))?;
+        view.fit(&mut self.fitter, &camera, (blur, STEPS))?;
         self.next += 1;
         if self.next < self.views.len() {
             return Ok(None);
@@ -271,7 +264,7 @@ impl SelfCalibration {
         self.cameras = Some([assumed, camera]);
         self.views.iter_mut().for_each(|view| view.follow(step));
         self.updates += 1;
-        let focal_deviation = (self.options.residual_variance * covariance.x_axis.x).sqrt();
+        let focal_deviation = (RESIDUAL_VARIANCE * covariance.x_axis.x).sqrt();
         let found = self.updates > last + 1 && step[0].abs() < FOUND_STEP * focal_deviation;
         self.is_found |= found;
         Ok(found.then_some(CalibratedCamera {
@@ -287,7 +280,7 @@ impl SelfCalibration {
     /// and these begin where they were tracked.
     fn begins_with_newest(&mut self, most: f64) -> bool {
         self.views.sort_by_key(|view| view.number);
-        let is_wrong = |view: &View| view.energy > most && view.fits > self.options.blurs.len();
+        let is_wrong = |view: &View| view.energy > most && view.fits > BLURS_PX.len();
         let wrong = self.views.iter().rev().take_while(|view| is_wrong(view)).count();
         let others = self.views.len() - wrong;
         if wrong < OTHER_LENS_VIEWS || others == 0 {
@@ -321,7 +314,7 @@ impl SelfCalibration {
     fn prior(&self, off: [f64; PARAMETERS]) -> Reduced {
         let [ln_f, cx, cy, k1] = self.options.deviations;
         let information = [ln_f, cx, cy, k1, self.options.aspect_deviation]
-            .map(|deviation| (self.options.residual_variance / (deviation * deviation)).min(HELD));
+            .map(|deviation| (RESIDUAL_VARIANCE / (deviation * deviation)).min(HELD));
         Reduced::prior(information, off)
     }
 

@@ -145,8 +145,9 @@ impl View {
             &[],
             |isometric, (term, _), fitted| {
                 let (coupling, reduced) = linearized(term, isometric.isometry()?, camera, fitted);
-                let solved = isometric.sensitivities(&[term as &dyn Energy], fitted, &coupling)?;
-                Some((coupling, reduced, solved))
+                let equations = isometric.factorized(&[term as &dyn Energy], fitted)?;
+                let sensitivities = coupling.each_ref().map(|column| equations.step_against(column));
+                Some((coupling, reduced, sensitivities, equations.step()))
             },
         )?;
         self.fits += 1;
@@ -154,12 +155,12 @@ impl View {
         self.vertices = fitted.vertices;
         self.confidence = fitted.correlation.confidence;
         (self.reduced, self.sensitivities) = (Reduced::NOTHING, Default::default());
-        if let Some((coupling, mut reduced, (sensitivities, step))) = linearized {
+        if let Some((coupling, mut reduced, sensitivities, step)) = linearized {
             let dot = |a: &[DVec3], b: &[DVec3]| a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum::<f64>();
             for (k, coupling) in coupling.iter().enumerate() {
                 reduced.0[k][PARAMETERS] += dot(coupling, &step);
                 for (l, sensitivity) in sensitivities.iter().enumerate() {
-                    reduced.0[l][k] -= dot(coupling, sensitivity);
+                    reduced.0[l][k] += dot(coupling, sensitivity);
                 }
             }
             self.reduced = reduced;
@@ -172,7 +173,7 @@ impl View {
     pub(super) fn follow(&mut self, step: [f64; PARAMETERS]) {
         for (sensitivity, step) in self.sensitivities.iter().zip(step) {
             for (vertex, sensitivity) in self.vertices.iter_mut().zip(sensitivity) {
-                *vertex -= step * *sensitivity;
+                *vertex += step * *sensitivity;
             }
         }
     }

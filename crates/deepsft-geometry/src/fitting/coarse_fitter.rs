@@ -3,17 +3,25 @@
 use super::differential::differential_depths;
 use super::isometric_mesh::{IsometricMesh, Stiffness};
 use super::measurements::{Measurement, measurements, measurements_of_mesh};
-use super::mesh_fitter::{FitRound, Fitted, MeshFitter, check_blurs};
+use super::mesh_fitter::{FitRound, Fitted, MeshFitter, STEPS};
 use super::observation::Observation;
-use super::options::FitOptions;
 use super::self_similarity::SelfSimilarity;
 use super::start::Start;
 use crate::camera::Camera;
 use crate::error::{GeometryError, check_size, check_start};
 use crate::maps::Maps;
-use crate::mesh::{RigidMotion, SurfacePoint, Template};
+use crate::mesh::{RigidMotion, SurfacePoint};
 use crate::solver::{DepthPrior, Energy, ImagePoint, PointDepth, Reprojection, Robust};
 use glam::{DVec2, DVec3};
+
+/// Blur of image and drawing, pixels of the canonical image, of the rounds of the coarse mesh, and of the last.
+pub(crate) const BLURS_PX: [f32; 3] = [3.0, 1.2, 0.7];
+
+/// Standard deviation of a start's registration, pixels of the canonical image: scale of the robust reprojection term.
+const REGISTRATION_DEVIATION_PX: f64 = 2.0;
+
+/// Standard deviation of a start's depth, as a fraction of the depth.
+const DEPTH_DEVIATION: f64 = 0.03;
 
 /// Fewest measurements from which a mesh is fitted.
 pub(crate) const MIN_MEASUREMENTS: usize = 12;
@@ -74,36 +82,33 @@ pub(crate) struct Worth {
     pub(crate) depths: f64,
 }
 
+/// Worth of a start's measurements beside the image. The weights of the fit were chosen on synthetic validation frames.
+pub(crate) const INDEPENDENT: Worth = Worth {
+    registrations: 10.0,
+    depths: 2.0,
+};
+
+/// The same before the image is compared. Much more, because only the network then says where a folded part is, and bending resists the
+/// fold. The image can only pull in what is a few pixels off.
+const CONTINUATION: Worth = Worth {
+    registrations: 100.0,
+    ..INDEPENDENT
+};
+
 /// Worth of depths that derivatives of the registration tell: nothing but they holds the new bend.
 const DIFFERENTIAL: Worth = Worth {
     registrations: 400.0,
     depths: 450.0,
 };
 
-/// Fits one template's coarse mesh to frames.
-#[derive(Debug)]
-pub(crate) struct CoarseFitter {
-    pub(crate) options: FitOptions,
-    pub(crate) mesh_fitter: MeshFitter,
-}
-
-impl CoarseFitter {
-    /// Prepares everything that does not depend on the frame.
-    pub(crate) fn new(template: &Template, options: FitOptions) -> Result<Self, GeometryError> {
-        check_blurs(&options.blurs)?;
-        Ok(Self {
-            mesh_fitter: MeshFitter::new(template, &options)?,
-            options,
-        })
-    }
-
+impl MeshFitter {
     /// What the coarse fit takes from `start`. `None` when that shows too little.
     pub(crate) fn start<'a>(
         &self,
         start: &'a Start,
         camera: &Camera,
     ) -> Result<Option<CoarseStart<'a>>, GeometryError> {
-        let template = &self.mesh_fitter.template;
+        let template = &self.template;
         let (measured, mesh, mask) = match start {
             Start::Maps(maps) => {
                 check_size(maps.size(), camera.size())?;
@@ -111,8 +116,8 @@ impl CoarseFitter {
             }
             Start::Mesh(vertices) => {
                 check_start(vertices, template.mesh().vertices().len())?;
-                let vertices = self.mesh_fitter.coarse_vertices(vertices);
-                let measured = measurements_of_mesh(&self.mesh_fitter.coarse().mesh, &vertices, camera);
+                let vertices = self.coarse_vertices(vertices);
+                let measured = measurements_of_mesh(&self.coarse().mesh, &vertices, camera);
                 (measured, Some(vertices), None)
             }
         };
@@ -133,7 +138,7 @@ impl CoarseFitter {
         camera: &Camera,
     ) -> CoarseStart<'a> {
         CoarseStart {
-            measured: measurements_of_mesh(&self.mesh_fitter.coarse().mesh, &vertices, camera),
+            measured: measurements_of_mesh(&self.coarse().mesh, &vertices, camera),
             mesh: Some(vertices),
             mask: from.mask,
             is_moved: true,
@@ -149,12 +154,8 @@ impl CoarseFitter {
         if let Some(mesh) = &from.mesh {
             return Ok(mesh.clone());
         }
-        let trust = Worth {
-            registrations: self.options.continuation_registrations,
-            ..self.worth()
-        };
-        let coarse = self.mesh_fitter.coarse();
-        let (reprojection, depth) = self.measured_terms(coarse, &from.measured, camera, trust, |_| 1.0)?;
+        let (reprojection, depth) =
+            self.measured_terms(self.coarse(), &from.measured, camera, CONTINUATION, |_| 1.0)?;
         self.continued(from, camera, &[&reprojection, &depth])
     }
 
@@ -167,22 +168,21 @@ impl CoarseFitter {
     ) -> Result<Vec<DVec3>, GeometryError> {
         let mesh = from.mesh.clone();
         let start = mesh.unwrap_or_else(|| self.aligned(&from.measured, camera));
-        let coarse = self.mesh_fitter.coarse_mut();
-        coarse.solve_by_continuation(terms, start, CONTINUATION_STEPS)
+        self.coarse_mut()
+            .solve_by_continuation(terms, start, CONTINUATION_STEPS)
     }
 
     /// Fits the coarse mesh to the measurements and to the image, then tries other starts, of which the image keeps what it confirms more:
     /// the bend that derivatives of the registration tell, for isometry holds a wrong bend as fast as the right one; and, where the image
     /// does not confirm the whole, less trust in the measured registration, whose errors then bend the mesh less.
-    pub(crate) fn fit(
+    pub(crate) fn fit_coarse(
         &mut self,
         observation: Observation<'_>,
         from: &CoarseStart<'_>,
         blurs: &[f32],
     ) -> Result<Fitted, GeometryError> {
         let camera = observation.camera;
-        let coarse = self.mesh_fitter.coarse();
-        let (reprojection, depth) = self.measured_terms(coarse, &from.measured, camera, self.worth(), |_| 1.0)?;
+        let (reprojection, depth) = self.measured_terms(self.coarse(), &from.measured, camera, INDEPENDENT, |_| 1.0)?;
         let priors: [&dyn Energy; 2] = [&reprojection, &depth];
         let start = self.initial_mesh(from, camera)?;
         let mut best = self.fitted_from(observation, from.mask, start, blurs, &priors)?;
@@ -217,7 +217,7 @@ impl CoarseFitter {
         blurs: &[f32],
     ) -> Result<Option<Fitted>, GeometryError> {
         // Of isometric sheets.
-        if !self.mesh_fitter.template.is_sheet() {
+        if !self.template.is_sheet() {
             return Ok(None);
         }
         let camera = observation.camera;
@@ -227,11 +227,11 @@ impl CoarseFitter {
                 mask,
                 border: true,
                 stiffness: Stiffness::FREE,
-                ..FitRound::new(blur, self.options.steps)
+                ..FitRound::new(blur, STEPS)
             };
-            free = self.mesh_fitter.round(observation, &free.vertices, &round, &[])?;
+            free = self.round(observation, &free.vertices, &round, &[])?;
         }
-        let coarse = self.mesh_fitter.coarse();
+        let coarse = self.coarse();
         let depths = differential_depths(&coarse.mesh, &free.vertices, camera);
         let told = depths.into_iter().zip(&free.correlation.confidence);
         let measured: Vec<_> = told.filter_map(|(m, c)| m.filter(|_| *c >= TELLING)).collect();
@@ -240,14 +240,13 @@ impl CoarseFitter {
         }
         let (reprojection, depth) = self.measured_terms(coarse, &measured, camera, DIFFERENTIAL, |_| 1.0)?;
         let start = self.aligned(&measured, camera);
-        let coarse = self.mesh_fitter.coarse_mut();
-        let start = coarse.solve_by_continuation(&[&reprojection, &depth], start, CONTINUATION_STEPS)?;
-        if found.distance(&start) < SAME_BEND * self.mesh_fitter.template.size_mm().max_element() {
+        let terms: [&dyn Energy; 2] = [&reprojection, &depth];
+        let start = (self.coarse_mut()).solve_by_continuation(&terms, start, CONTINUATION_STEPS)?;
+        if found.distance(&start) < SAME_BEND * self.template.size_mm().max_element() {
             return Ok(None);
         }
-        let coarse = self.mesh_fitter.coarse();
-        let measured = measurements_of_mesh(&coarse.mesh, &start, camera);
-        let (reprojection, depth) = self.measured_terms(coarse, &measured, camera, self.worth(), |_| 1.0)?;
+        let measured = measurements_of_mesh(&self.coarse().mesh, &start, camera);
+        let (reprojection, depth) = self.measured_terms(self.coarse(), &measured, camera, INDEPENDENT, |_| 1.0)?;
         let fitted = self.fitted_from(observation, mask, start, blurs, &[&reprojection, &depth])?;
         Ok(Some(fitted))
     }
@@ -266,22 +265,14 @@ impl CoarseFitter {
             let round = FitRound {
                 mask,
                 border: true,
-                rigid_steps: self.mesh_fitter.rigid_steps(),
-                ..FitRound::new(blur, self.options.steps)
+                rigid_steps: self.rigid_steps(),
+                ..FitRound::new(blur, STEPS)
             };
             let before = fitted.iterations;
-            fitted = self.mesh_fitter.round(observation, &fitted.vertices, &round, priors)?;
+            fitted = self.round(observation, &fitted.vertices, &round, priors)?;
             fitted.iterations += before;
         }
         Ok(fitted)
-    }
-
-    /// What a start's measurements are worth beside the image.
-    pub(crate) fn worth(&self) -> Worth {
-        Worth {
-            registrations: self.options.independent_registrations,
-            depths: self.options.independent_depths,
-        }
     }
 
     /// The terms that measurements give, each registration weighted by `hold`.
@@ -299,7 +290,7 @@ impl CoarseFitter {
             .filter_map(|m| Some((isometric.locator.locate(m.uv)?, m)))
             .collect();
         let count = located.len().max(1) as f64;
-        let deviation = self.options.registration_deviation_px;
+        let deviation = REGISTRATION_DEVIATION_PX;
         let weight = worth.registrations / count / (deviation * deviation);
         let image_point = |&(point, m): &(SurfacePoint, &Measurement)| ImagePoint {
             point,
@@ -311,7 +302,7 @@ impl CoarseFitter {
         let point_depth = |&(point, m): &(SurfacePoint, &Measurement)| PointDepth {
             point,
             depth: m.depth_mm,
-            deviation: self.options.depth_deviation * m.depth_mm,
+            deviation: DEPTH_DEVIATION * m.depth_mm,
         };
         let depths: Vec<PointDepth> = located.iter().map(point_depth).collect();
         let weight = worth.depths / count;
@@ -322,18 +313,18 @@ impl CoarseFitter {
     /// The flat coarse sheet where the measurements are.
     fn aligned(&self, measured: &[Measurement], camera: &Camera) -> Vec<DVec3> {
         let pairs = measured.iter().filter_map(|m| {
-            let p_template = self.mesh_fitter.template.point_template(m.uv)?;
+            let p_template = self.template.point_template(m.uv)?;
             Some((p_template, camera.unproject(m.pixel, m.depth_mm), 1.0))
         });
         let motion = RigidMotion::align(pairs, RigidMotion::IDENTITY);
-        let vertices = self.mesh_fitter.coarse().mesh.vertices().iter();
+        let vertices = self.coarse().mesh.vertices().iter();
         vertices.map(|&p| motion.apply(p)).collect()
     }
 
     /// How much of the image confirms a coarse mesh, where the image shows anything at all.
     pub(crate) fn confirmed(&mut self, observation: Observation<'_>, found: &Fitted) -> Result<f64, GeometryError> {
         let round = FitRound::new(JUDGED_BLUR_PX, 0);
-        let judged = self.mesh_fitter.round(observation, &found.vertices, &round, &[])?;
+        let judged = self.round(observation, &found.vertices, &round, &[])?;
         Ok(judged.correlation.confirmed_evidence())
     }
 }

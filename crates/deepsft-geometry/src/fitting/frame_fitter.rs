@@ -1,15 +1,14 @@
 //! The mesh of one frame.
 
 use super::close_up::{CloseUp, MORE, close_ups, fit_through};
-use super::coarse_fitter::{CoarseFitter, JUDGED_BLUR_PX};
+use super::coarse_fitter::{BLURS_PX, INDEPENDENT, JUDGED_BLUR_PX};
 use super::deviations::deviations;
 use super::isometric_mesh::Stiffness;
 use super::low_modes::likeliest_shape;
 use super::measurements::measurements_of_mesh;
-use super::mesh_fitter::{FitRound, Fitted, MeshFitter, Resolution};
+use super::mesh_fitter::{FitRound, Fitted, MeshFitter, RIGIDITY, Resolution, STEPS};
 use super::mode_hops::{MIN_CORRELATION, best_of_mode_hops};
 use super::observation::Observation;
-use super::options::FitOptions;
 use super::reversed_pose::reversed_pose;
 use super::self_similarity::{SelfSimilarity, is_alike_in_detail, self_similarities};
 use super::start::Start;
@@ -24,7 +23,7 @@ use glam::DVec3;
 /// Fits one template's mesh to frames.
 #[derive(Debug)]
 pub struct FrameFitter {
-    coarse: CoarseFitter,
+    fitter: MeshFitter,
     /// Looked for when first needed.
     self_similarities: Option<Vec<SelfSimilarity>>,
     /// Whether they hold in detail, looked for when a close-up needs it.
@@ -35,10 +34,10 @@ impl FrameFitter {
     /// Prepares everything that does not depend on the frame.
     ///
     /// # Errors
-    /// [`GeometryError::Weight`] for weights that are no weights and for rounds without a blur.
-    pub fn new(template: &Template, options: FitOptions) -> Result<Self, GeometryError> {
+    /// [`GeometryError`] for a mesh without extent.
+    pub fn new(template: &Template) -> Result<Self, GeometryError> {
         Ok(Self {
-            coarse: CoarseFitter::new(template, options)?,
+            fitter: MeshFitter::new(template, RIGIDITY)?,
             self_similarities: None,
             is_alike_in_detail: None,
         })
@@ -51,7 +50,7 @@ impl FrameFitter {
     }
 
     fn self_similarities(&mut self) -> Vec<SelfSimilarity> {
-        let template = &self.coarse.mesh_fitter.template;
+        let template = &self.fitter.template;
         let known = self
             .self_similarities
             .get_or_insert_with(|| self_similarities(template));
@@ -60,7 +59,7 @@ impl FrameFitter {
 
     fn is_alike_in_detail(&mut self) -> bool {
         let similar = self.self_similarities();
-        let template = &self.coarse.mesh_fitter.template;
+        let template = &self.fitter.template;
         let known = &mut self.is_alike_in_detail;
         *known.get_or_insert_with(|| is_alike_in_detail(template, &similar))
     }
@@ -76,26 +75,22 @@ impl FrameFitter {
     /// [`GeometryError::MapSize`] when image, camera and maps are not of one size, [`GeometryError::StartLength`] when a mesh does
     /// not have the template's vertices.
     pub fn fit(&mut self, image: &Picture, camera: &Camera, start: &Start) -> Result<Option<Surface>, GeometryError> {
-        let Some(mut from) = self.coarse.start(start, camera)? else {
+        let Some(mut from) = self.fitter.start(start, camera)? else {
             return Ok(None);
         };
         let grey = GreyImage::of(image);
         let observation = Observation::new(&grey, camera)?;
         let is_whole = matches!(start, Start::Mesh(_));
         // The coarse mesh finds its place, the fine one the details.
-        let blurs = self.coarse.options.blurs.clone();
-        let (last, first) = blurs
-            .split_last()
-            .map_or((None, &[][..]), |(last, first)| (Some(*last), first));
-        let first = if first.is_empty() { &blurs } else { first };
-        let mut found = self.coarse.fit(observation, &from, first)?;
-        let template = &self.coarse.mesh_fitter.template;
+        let [first @ .., last] = &BLURS_PX;
+        let mut found = self.fitter.fit_coarse(observation, &from, first)?;
+        let template = &self.fitter.template;
         // A solid whose matches lie on one side has two poses, and matches hardly tell which.
         if !template.is_sheet()
             && let Some(reversed) = reversed_pose(template.mesh(), &found.vertices, &found.correlation.confidence)
         {
-            let other_from = self.coarse.moved_start(&from, reversed, camera);
-            let other = self.coarse.fit(observation, &other_from, first)?;
+            let other_from = self.fitter.moved_start(&from, reversed, camera);
+            let other = self.fitter.fit_coarse(observation, &other_from, first)?;
             if other.correlation.significance() > found.correlation.significance() {
                 (found, from) = (other, other_from);
             }
@@ -104,38 +99,35 @@ impl FrameFitter {
         if is_whole {
             let similar = self.self_similarities();
             (found, from, ambiguity) =
-                best_of_mode_hops(&mut self.coarse, &similar, observation, (found, from), first)?;
+                best_of_mode_hops(&mut self.fitter, &similar, observation, (found, from), first)?;
         }
-        let mut vertices = self.coarse.mesh_fitter.fine_vertices(&found.vertices);
-        let mut correlation = found.correlation;
-        if let Some(blur) = last {
-            let worth = self.coarse.worth();
-            // What the image confirms of a network's maps is left to the image. The whole surface that matches give is one
-            // of right lengths already: letting go of it costs accuracy in depth.
-            let confidence = self.coarse.mesh_fitter.fine_confidence(&correlation.confidence);
-            let fine = &self.coarse.mesh_fitter.fine;
-            let hold = |point: &SurfacePoint| {
-                let confirmed = || point.interpolated(fine.mesh.faces(), &confidence).clamp(0.0, 1.0);
-                if is_whole { 1.0 } else { 1.0 - confirmed() }
-            };
-            let (reprojection, depth) = self.coarse.measured_terms(fine, &from.measured, camera, worth, hold)?;
-            let round = FitRound {
-                resolution: Resolution::Fine,
-                mask: from.mask,
-                border: true,
-                ..FitRound::new(blur, self.coarse.options.steps)
-            };
-            let fitter = &mut self.coarse.mesh_fitter;
-            let priors: [&dyn Energy; 2] = [&reprojection, &depth];
-            let mut fitted = fitter.round(observation, &vertices, &round, &priors)?;
-            if !fitter.template.is_sheet() {
-                fitted = softened(fitter, observation, fitted, (&round, &blurs), &priors)?;
-            }
-            (vertices, correlation) = (fitted.vertices, fitted.correlation);
+        let vertices = self.fitter.fine_vertices(&found.vertices);
+        // What the image confirms of a network's maps is left to the image. The whole surface that matches give is one
+        // of right lengths already: letting go of it costs accuracy in depth.
+        let confidence = self.fitter.fine_confidence(&found.correlation.confidence);
+        let fine = &self.fitter.fine;
+        let hold = |point: &SurfacePoint| {
+            let confirmed = || point.interpolated(fine.mesh.faces(), &confidence).clamp(0.0, 1.0);
+            if is_whole { 1.0 } else { 1.0 - confirmed() }
+        };
+        let (reprojection, depth) = self
+            .fitter
+            .measured_terms(fine, &from.measured, camera, INDEPENDENT, hold)?;
+        let round = FitRound {
+            resolution: Resolution::Fine,
+            mask: from.mask,
+            border: true,
+            ..FitRound::new(*last, STEPS)
+        };
+        let priors: [&dyn Energy; 2] = [&reprojection, &depth];
+        let mut fitted = self.fitter.round(observation, &vertices, &round, &priors)?;
+        if !self.fitter.template.is_sheet() {
+            fitted = softened(&mut self.fitter, observation, fitted, &round, &priors)?;
         }
+        let correlation = fitted.correlation;
         Ok(Some(Surface {
             camera: *camera,
-            vertices_camera: vertices,
+            vertices_camera: fitted.vertices,
             verdict: correlation.verdict(ambiguity),
             confidence: correlation.confidence,
             // A network's mask leaves out what hides the object.
@@ -159,22 +151,17 @@ impl FrameFitter {
         mut surface: Surface,
     ) -> Result<Surface, GeometryError> {
         check_size(image.size(), camera.size())?;
-        check_start(
-            &surface.vertices_camera,
-            self.coarse.mesh_fitter.fine.mesh.vertices().len(),
-        )?;
+        check_start(&surface.vertices_camera, self.fitter.fine.mesh.vertices().len())?;
         let canonical = CloseUp::new(image, camera, surface.camera, 1.0)?;
-        if self.coarse.mesh_fitter.template.is_sheet() {
-            likeliest_shape(&mut self.coarse.mesh_fitter, &canonical, &mut surface)?;
+        if self.fitter.template.is_sheet() {
+            likeliest_shape(&mut self.fitter, &canonical, &mut surface)?;
         }
-        let fine = &self.coarse.mesh_fitter.fine;
+        let fine = &self.fitter.fine;
         // What the image shows nothing of stays about where it was.
         let measured = measurements_of_mesh(&fine.mesh, &surface.vertices_camera, &surface.camera);
-        let worth = self.coarse.worth();
-        let (reprojection, depth) = self
-            .coarse
-            .measured_terms(fine, &measured, &surface.camera, worth, |_| 1.0)?;
-        let fitter = &mut self.coarse.mesh_fitter;
+        let (reprojection, depth) =
+            (self.fitter).measured_terms(fine, &measured, &surface.camera, INDEPENDENT, |_| 1.0)?;
+        let fitter = &mut self.fitter;
         let mut is_rigid = false;
         let mut close_ups = close_ups(image, camera, &surface, &fitter.print)?;
         if let Some(fitted) = fit_through(fitter, &close_ups, &surface, &[&reprojection, &depth])? {
@@ -188,7 +175,7 @@ impl FrameFitter {
             fitted.replace(&mut surface, ambiguity);
         }
         let last = close_ups.pop().unwrap_or(canonical);
-        surface.deviations = deviations(&mut self.coarse.mesh_fitter, &last, &surface, is_rigid)?;
+        surface.deviations = deviations(&mut self.fitter, &last, &surface, is_rigid)?;
         Ok(surface)
     }
 
@@ -202,14 +189,14 @@ impl FrameFitter {
         camera: &Camera,
         vertices: &[DVec3],
     ) -> Result<Vec<f32>, GeometryError> {
-        check_start(vertices, self.coarse.mesh_fitter.fine.mesh.vertices().len())?;
+        check_start(vertices, self.fitter.fine.mesh.vertices().len())?;
         let grey = GreyImage::of(image);
         let round = FitRound {
             resolution: Resolution::Fine,
             ..FitRound::new(JUDGED_BLUR_PX, 0)
         };
         let observation = Observation::new(&grey, camera)?;
-        let judged = self.coarse.mesh_fitter.round(observation, vertices, &round, &[])?;
+        let judged = self.fitter.round(observation, vertices, &round, &[])?;
         Ok(judged.correlation.confidence)
     }
 
@@ -219,11 +206,11 @@ impl FrameFitter {
     /// # Errors
     /// As [`FrameFitter::fit`].
     pub fn initial_mesh(&mut self, camera: &Camera, start: &Start) -> Result<Option<Vec<DVec3>>, GeometryError> {
-        let Some(from) = self.coarse.start(start, camera)? else {
+        let Some(from) = self.fitter.start(start, camera)? else {
             return Ok(None);
         };
-        let coarse = self.coarse.initial_mesh(&from, camera)?;
-        Ok(Some(self.coarse.mesh_fitter.fine_vertices(&coarse)))
+        let coarse = self.fitter.initial_mesh(&from, camera)?;
+        Ok(Some(self.fitter.fine_vertices(&coarse)))
     }
 }
 
@@ -233,11 +220,11 @@ fn softened(
     fitter: &mut MeshFitter,
     observation: Observation<'_>,
     stiff: Fitted,
-    (round, blurs): (&FitRound<'_>, &[f32]),
+    round: &FitRound<'_>,
     priors: &[&dyn Energy],
 ) -> Result<Fitted, GeometryError> {
     let mut softer = stiff.clone();
-    for &blur in blurs {
+    for blur in BLURS_PX {
         let round = FitRound {
             stiffness: Stiffness::SOFTER,
             resolution: round.resolution,

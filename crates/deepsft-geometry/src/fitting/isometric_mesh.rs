@@ -3,8 +3,14 @@
 use super::cage::{Cage, Embedded};
 use crate::error::GeometryError;
 use crate::mesh::{SurfaceLocator, TriangleMesh, Welding};
-use crate::solver::{Bending, Energy, Isometry, MeshSolver, Rigidity, Solution, SolveOptions, mean_edge_length};
+use crate::solver::{
+    Bending, Energy, Isometry, MeshSolver, NormalEquations, Rigidity, Solution, SolveOptions, mean_edge_length,
+};
 use glam::{DMat3, DVec3};
+
+/// Weights of isometry and of bending, chosen on synthetic validation frames.
+const ISOMETRY: f64 = 1e4;
+const BENDING: f64 = 1.0;
 
 /// Fractions of the weight of isometry: of a sheet that stretches as the image wants it, of crumpled paper, whose cells shrink, of folded
 /// paper, and of a smooth sheet. A mesh far from its place is solved with the last three in turn, by continuation.
@@ -12,11 +18,11 @@ const STIFFNESSES: [f64; 4] = [1e-4, 0.01, 0.1, 1.0];
 
 /// Which fraction of the weight of isometry a mesh is solved with, an index of the list above.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Stiffness(usize);
+pub struct Stiffness(usize);
 
 impl Stiffness {
     /// The whole weight.
-    pub(crate) const WHOLE: Self = Self(STIFFNESSES.len() - 1);
+    pub const WHOLE: Self = Self(STIFFNESSES.len() - 1);
 
     /// The next lower one.
     pub(crate) const SOFTER: Self = Self(STIFFNESSES.len() - 2);
@@ -75,21 +81,15 @@ impl Structure {
 }
 
 impl IsometricMesh {
-    /// Prepares a mesh of the sheet. `isometry` is the weight on `reference`, the template's own mesh: strain costs the
-    /// same on both. `bending` is the weight of bending.
+    /// Prepares a mesh of the sheet. `reference` is the template's own mesh: strain costs the same on both.
     ///
     /// # Errors
-    /// [`GeometryError`] for a mesh without extent or a weight that is none.
-    pub fn new(
-        mesh: TriangleMesh,
-        reference: &TriangleMesh,
-        isometry: f64,
-        bending: f64,
-    ) -> Result<Self, GeometryError> {
-        let weight = isometry * reference.edges().len() as f64 / mesh.edges().len().max(1) as f64;
+    /// [`GeometryError`] for a mesh without extent.
+    pub fn new(mesh: TriangleMesh, reference: &TriangleMesh) -> Result<Self, GeometryError> {
+        let weight = ISOMETRY * reference.edges().len() as f64 / mesh.edges().len().max(1) as f64;
         let of_stiffness = STIFFNESSES.map(|fraction| Isometry::new(&mesh, fraction * weight));
         let isometry = of_stiffness.into_iter().collect::<Result<Vec<_>, _>>()?;
-        let bending = Bending::new(&mesh, bending)?;
+        let bending = Bending::new(&mesh, BENDING)?;
         Ok(Self {
             solver: MeshSolver::new(&mesh, &[&isometry[0], &bending])?,
             locator: SurfaceLocator::new(&mesh),
@@ -138,25 +138,11 @@ impl IsometricMesh {
             .map_or_else(|| vertices.to_vec(), |welding| welding.weld(vertices))
     }
 
-    fn split(&self, welded: Vec<DVec3>) -> Vec<DVec3> {
+    fn split<T: Copy>(&self, welded: Vec<T>) -> Vec<T> {
         match &self.welding {
             Some(welding) => welding.split(&welded),
             None => welded,
         }
-    }
-
-    /// Minimises `terms`, isometry and bending from `start`. `halving`: as [`SolveOptions::halving`].
-    ///
-    /// # Errors
-    /// As [`MeshSolver::solve`].
-    pub fn solve(
-        &mut self,
-        terms: &[&dyn Energy],
-        start: &[DVec3],
-        steps: usize,
-        halving: bool,
-    ) -> Result<Solution, GeometryError> {
-        self.solve_with(Stiffness::WHOLE, terms, start, steps, halving)
     }
 
     /// Minimises the same by continuation from low to full stiffness, for a mesh that may be far from its place: a stiff
@@ -171,7 +157,7 @@ impl IsometricMesh {
         steps: usize,
     ) -> Result<Vec<DVec3>, GeometryError> {
         for stiffness in (1..STIFFNESSES.len()).map(Stiffness) {
-            let solved = self.solve_with(stiffness, terms, &vertices, steps, false)?;
+            let solved = self.solve(stiffness, terms, &vertices, steps, false)?;
             vertices = solved.vertices;
         }
         Ok(vertices)
@@ -192,47 +178,31 @@ impl IsometricMesh {
         }
     }
 
-    /// As [`MeshSolver::sensitivities`], with `terms`, isometry and bending: of a sheet.
-    pub(crate) fn sensitivities<const N: usize>(
-        &mut self,
-        terms: &[&dyn Energy],
-        vertices: &[DVec3],
-        right_hand_sides: &[Vec<DVec3>; N],
-    ) -> Option<([Vec<DVec3>; N], Vec<DVec3>)> {
+    /// The normal equations of `terms`, isometry and bending at `vertices`, factorised: of a sheet. `None` where they are singular.
+    pub(crate) fn factorized(&mut self, terms: &[&dyn Energy], vertices: &[DVec3]) -> Option<&mut NormalEquations> {
         let all = self.structure.with(Stiffness::WHOLE, terms);
-        self.solver.sensitivities(&all, vertices, right_hand_sides)
+        self.solver.factorized(&all, vertices)
     }
 
-    /// As [`MeshSolver::covariances`], with `terms`, isometry and bending. Of a solid, with its rigidity: bounds from above, for the corners
+    /// The covariances of the vertices with `terms`, isometry and bending. Of a solid, with its rigidity: bounds from above, for the corners
     /// of a vertex's cell are taken to go together.
     pub(crate) fn covariances(&mut self, terms: &[&dyn Energy], vertices: &[DVec3]) -> Option<Vec<DMat3>> {
         let Some(cage) = &self.cage else {
-            let all = self.structure.with(Stiffness::WHOLE, terms);
-            return self.solver.covariances(&all, vertices);
+            return Some(self.factorized(terms, vertices)?.inverse_blocks());
         };
         let embedded: Vec<_> = terms.iter().map(|&term| Embedded { term, cage }).collect();
         let terms: Vec<&dyn Energy> = embedded.iter().map(|term| term as &dyn Energy).collect();
         let all = self.structure.with(Stiffness::WHOLE, &terms);
-        let of_nodes = self.solver.covariances(&all, &cage.nodes_of(&self.weld(vertices)))?;
-        let of_vertices = cage.interpolated(&of_nodes);
-        Some(match &self.welding {
-            Some(welding) => welding.split(&of_vertices),
-            None => of_vertices,
-        })
+        let nodes = cage.nodes_of(&self.weld(vertices));
+        let of_nodes = self.solver.factorized(&all, &nodes)?.inverse_blocks();
+        Some(self.split(cage.interpolated(&of_nodes)))
     }
 
-    /// As [`MeshSolver::softest_modes`], with `terms`, isometry and bending: of a sheet.
-    pub(crate) fn softest_modes<const N: usize>(
-        &mut self,
-        terms: &[&dyn Energy],
-        vertices: &[DVec3],
-    ) -> Option<[(Vec<DVec3>, f64); N]> {
-        let all = self.structure.with(Stiffness::WHOLE, terms);
-        self.solver.softest_modes(&all, vertices)
-    }
-
-    /// As [`IsometricMesh::solve`], with this stiffness.
-    pub(crate) fn solve_with(
+    /// Minimises `terms`, isometry and bending from `start`. `halving`: as [`SolveOptions::halving`].
+    ///
+    /// # Errors
+    /// As [`MeshSolver::solve`].
+    pub fn solve(
         &mut self,
         stiffness: Stiffness,
         terms: &[&dyn Energy],

@@ -117,7 +117,7 @@ fn softest_modes(
         &found.vertices,
         &there,
         &[],
-        |isometric, (_, terms), vertices| isometric.softest_modes::<MODES>(terms, vertices),
+        |isometric, (_, terms), vertices| isometric.factorized(terms, vertices)?.softest_modes::<MODES>(),
     )?;
     Ok(modes.map_or_else(Vec::new, Vec::from))
 }

@@ -5,7 +5,6 @@ use super::correlation::{Correlation, POINT_STEP};
 use super::grid_interpolation::GridInterpolation;
 use super::isometric_mesh::{IsometricMesh, Stiffness};
 use super::observation::Observation;
-use super::options::FitOptions;
 use super::print::{Drawing, Print};
 use super::rigid_fit::rigid_fit;
 use crate::error::GeometryError;
@@ -30,6 +29,16 @@ const BENT: f64 = 0.012;
 /// Steps of a rigid motion in a round of a solid.
 const RIGID_STEPS: usize = 10;
 
+/// Weight of rigidity, of a template that is no sheet.
+pub(crate) const RIGIDITY: f64 = 30.0;
+
+/// How many independent measurements the photo-consistency points of a frame are worth, and how large deviations, of local ones, count.
+const PHOTO_CONSISTENCY: f64 = 2000.0;
+const ROBUST: Robust = Robust::Cauchy(0.8);
+
+/// Accepted solver steps of a round.
+pub(crate) const STEPS: usize = 8;
+
 /// How much larger the cells of the coarse mesh are.
 const COARSE_CELLS: usize = 2;
 
@@ -42,8 +51,6 @@ pub(crate) struct MeshFitter {
     pub(crate) fine: IsometricMesh,
     /// Of a sheet one with fewer vertices, several times quicker to solve.
     coarser: Option<CoarserMesh>,
-    photo_consistency: f64,
-    robust: Robust,
 }
 
 /// A sheet's mesh with fewer vertices.
@@ -188,25 +195,11 @@ impl Fitted {
     }
 }
 
-/// Refuses a list of rounds that is empty or has a blur that is none.
-pub(crate) fn check_blurs(blurs: &[f32]) -> Result<(), GeometryError> {
-    let wrong = |blur: &&f32| !(blur.is_finite() && **blur >= 0.0);
-    let actual = match blurs.iter().find(wrong) {
-        Some(&blur) => blur,
-        None if blurs.is_empty() => f32::NAN,
-        None => return Ok(()),
-    };
-    Err(GeometryError::Weight {
-        term: "blur",
-        actual: f64::from(actual),
-    })
-}
-
 impl MeshFitter {
-    /// Prepares for a template of any shape.
-    pub(crate) fn new(template: &Template, options: &FitOptions) -> Result<Self, GeometryError> {
+    /// Prepares everything that does not depend on the frame. `rigidity` is the weight of rigidity, of a template that is no sheet.
+    pub(crate) fn new(template: &Template, rigidity: f64) -> Result<Self, GeometryError> {
         let mesh = template.mesh();
-        let isometric = |own: &TriangleMesh| IsometricMesh::new(own.clone(), mesh, options.isometry, options.bending);
+        let isometric = |own: &TriangleMesh| IsometricMesh::new(own.clone(), mesh);
         let (fine, coarser) = if template.is_sheet() {
             let coarse = template.coarser(COARSE_CELLS)?;
             let coarser = CoarserMesh {
@@ -217,15 +210,13 @@ impl MeshFitter {
             };
             (isometric(mesh)?, Some(coarser))
         } else {
-            (IsometricMesh::solid(mesh.clone(), options.rigidity)?, None)
+            (IsometricMesh::solid(mesh.clone(), rigidity)?, None)
         };
         Ok(Self {
             print: Print::of(template),
             fine,
             coarser,
             template: template.clone(),
-            photo_consistency: options.photo_consistency,
-            robust: Robust::Cauchy(options.photo_consistency_scale),
         })
     }
 
@@ -310,7 +301,7 @@ impl MeshFitter {
         priors: &[&dyn Energy],
         then: impl FnOnce(&mut IsometricMesh, (&PhotoConsistency<'_>, &[&dyn Energy]), &[DVec3]) -> T,
     ) -> Result<(Fitted, T), GeometryError> {
-        let (print, robust) = (&self.print, self.robust);
+        let print = &self.print;
         let isometric = match round.resolution {
             Resolution::Coarse => self
                 .coarser
@@ -342,11 +333,11 @@ impl MeshFitter {
         if round.rigid_steps > 0 {
             let position = |p: &TexturePoint| (p.point.position(faces, start), p.value);
             let positions: Vec<_> = holding.iter().map(position).collect();
-            let motion = rigid_fit(&image, camera, &positions, robust, round.rigid_steps);
+            let motion = rigid_fit(&image, camera, &positions, ROBUST, round.rigid_steps);
             vertices = vertices.into_iter().map(motion).collect();
         }
-        let weight = self.photo_consistency * round.detail.powi(2) / holding.len().max(1) as f64;
-        let photo_consistency = PhotoConsistency::new(isometric.welded(), camera, &image, &holding, weight, robust)?;
+        let weight = PHOTO_CONSISTENCY * round.detail.powi(2) / holding.len().max(1) as f64;
+        let photo_consistency = PhotoConsistency::new(isometric.welded(), camera, &image, &holding, weight, ROBUST)?;
         let mut terms: Vec<&dyn Energy> = vec![&photo_consistency];
         let border = round
             .border
@@ -357,7 +348,7 @@ impl MeshFitter {
         let (mut iterations, mut energy) = (0, f64::INFINITY);
         // A cage would round the vertices of a solid.
         if round.steps > 0 || self.template.is_sheet() {
-            let solution = isometric.solve_with(round.stiffness, &terms, &vertices, round.steps, round.is_near)?;
+            let solution = isometric.solve(round.stiffness, &terms, &vertices, round.steps, round.is_near)?;
             (iterations, energy) = (solution.iterations, solution.final_energy);
             vertices = solution.vertices;
         }

@@ -1,7 +1,7 @@
 //! Mode hops: fits on a neighbouring row of a print that repeats itself, or on a playing card's other half.
 
-use super::coarse_fitter::{CoarseFitter, CoarseStart, MIN_MEASUREMENTS};
-use super::mesh_fitter::Fitted;
+use super::coarse_fitter::{CoarseStart, MIN_MEASUREMENTS};
+use super::mesh_fitter::{Fitted, MeshFitter};
 use super::observation::Observation;
 use super::self_similarity::SelfSimilarity;
 use crate::error::GeometryError;
@@ -23,7 +23,7 @@ const SAME_PLACE: f64 = 0.01;
 /// confirms of the next, as a fraction: `None` where the print looks alike nowhere, 1 where the fit is not worth trying
 /// elsewhere.
 pub(super) fn best_of_mode_hops<'a>(
-    fitter: &mut CoarseFitter,
+    fitter: &mut MeshFitter,
     self_similarities: &[SelfSimilarity],
     observation: Observation<'_>,
     (found, from): (Fitted, CoarseStart<'a>),
@@ -35,7 +35,7 @@ pub(super) fn best_of_mode_hops<'a>(
     if !is_promising(&found.correlation.verdict(None)) {
         return Ok((found, from, Some(1.0)));
     }
-    let side = fitter.mesh_fitter.template.size_mm().max_element();
+    let side = fitter.template.size_mm().max_element();
     let mut best = (fitter.confirmed(observation, &found)?, found, from);
     // The most that is confirmed of any other place.
     let mut next = 0.0_f64;
@@ -46,7 +46,7 @@ pub(super) fn best_of_mode_hops<'a>(
             if from.measured.len() < MIN_MEASUREMENTS {
                 continue;
             }
-            let found = fitter.fit(observation, &from, blurs)?;
+            let found = fitter.fit_coarse(observation, &from, blurs)?;
             if is_same_place(&found, &best.1, side) {
                 continue;
             }
@@ -89,7 +89,7 @@ fn is_same_place(a: &Fitted, b: &Fitted, side: f64) -> bool {
 mod tests {
     use super::*;
     use crate::camera::training_camera;
-    use crate::fitting::options::FitOptions;
+    use crate::fitting::mesh_fitter::RIGIDITY;
     use crate::fitting::self_similarity::self_similarities;
     use crate::fitting::start::Start;
     use crate::image::{GreyImage, Picture};
@@ -139,12 +139,12 @@ mod tests {
             *all.iter().find(leads_there).unwrap()
         };
         let grey = GreyImage::of(&image);
-        let mut fitter = CoarseFitter::new(&template, FitOptions::default()).unwrap();
+        let mut fitter = MeshFitter::new(&template, RIGIDITY).unwrap();
         let start = Start::Maps(maps);
         let right = fitter.start(&start, &camera).unwrap().unwrap();
         let wrong = right.moved(&shift(1.0));
         let observation = Observation::new(&grey, &camera).unwrap();
-        let found = fitter.fit(observation, &wrong, &[3.0]).unwrap();
+        let found = fitter.fit_coarse(observation, &wrong, &[3.0]).unwrap();
         let (back, best) = (shift(-1.0), (found, wrong));
         let (.., ambiguity) = best_of_mode_hops(&mut fitter, &[back; 2], observation, best, &[3.0]).unwrap();
         assert!(ambiguity.unwrap() < 0.95, "{ambiguity:?}");

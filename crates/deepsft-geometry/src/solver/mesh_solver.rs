@@ -5,7 +5,7 @@ use super::mean_edge_length::mean_edge_length;
 use super::normal_equations::NormalEquations;
 use crate::error::{GeometryError, check_start};
 use crate::mesh::TriangleMesh;
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 
 /// Damping below which there is none in effect: keeps a singular system solvable at the price of 1e-9
 /// of a step where it is not.
@@ -22,9 +22,6 @@ const NEAR: f64 = 0.01;
 
 /// Most of the acceleration as a multiple of the step (the 0.75 of Transtrum and Sethna).
 const MAX_ACCELERATION: f64 = 0.75;
-
-/// Steps of the iteration that finds the softest modes: near ones are as good.
-const MODE_ITERATIONS: usize = 8;
 
 /// When to stop.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -276,66 +273,11 @@ impl MeshSolver {
         path.map(|((v, s), a)| v + s + 0.5 * fraction * a).collect()
     }
 
-    /// H^-1 b for each right-hand side b, with H = J^T W J of `terms` at `vertices`: how the minimum moves with what the terms
-    /// depend on. And the step to the minimum. `None` where H is singular.
-    pub(crate) fn sensitivities<const N: usize>(
-        &mut self,
-        terms: &[&dyn Energy],
-        vertices: &[DVec3],
-        right_hand_sides: &[Vec<DVec3>; N],
-    ) -> Option<([Vec<DVec3>; N], Vec<DVec3>)> {
+    /// The normal equations of `terms` at `vertices`, factorised. `None` where they are singular.
+    pub(crate) fn factorized(&mut self, terms: &[&dyn Energy], vertices: &[DVec3]) -> Option<&mut NormalEquations> {
         self.linearize(terms, vertices).ok()?;
         self.equations.factorize(&self.added(MIN_DAMPING)).ok()?;
-        let solved = right_hand_sides.each_ref().map(|b| {
-            let mut x = self.equations.step_against(b);
-            x.iter_mut().for_each(|x| *x = -*x);
-            x
-        });
-        Some((solved, self.equations.step()))
-    }
-
-    /// The blocks of the vertices in H^-1, with H = J^T W J of `terms` at `vertices`. `None` where H is singular.
-    pub(crate) fn covariances(&mut self, terms: &[&dyn Energy], vertices: &[DVec3]) -> Option<Vec<DMat3>> {
-        self.linearize(terms, vertices).ok()?;
-        self.equations.factorize(&self.added(MIN_DAMPING)).ok()?;
-        Some((0..vertices.len()).map(|v| self.equations.inverse_block(v)).collect())
-    }
-
-    /// The eigenvectors of the N largest eigenvalues of H^-1, H = J^T W J of `terms` at `vertices`: the unit motions along which the energy
-    /// grows least, the softest first, each with the root of its eigenvalue, its standard deviation. By orthogonal iteration (Golub
-    /// and Van Loan, Matrix Computations, 8.2.4). `None` where H is singular.
-    pub(crate) fn softest_modes<const N: usize>(
-        &mut self,
-        terms: &[&dyn Energy],
-        vertices: &[DVec3],
-    ) -> Option<[(Vec<DVec3>, f64); N]> {
-        self.linearize(terms, vertices).ok()?;
-        self.equations.factorize(&self.added(MIN_DAMPING)).ok()?;
-        let dot = |a: &[DVec3], b: &[DVec3]| a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum::<f64>();
-        // Any motions will do that are not orthogonal to the modes.
-        let noise = |k: usize, v: usize| DVec3::new(1.0, 2.0, 3.0).map(|axis| ((k + 1) as f64 * axis * v as f64).sin());
-        let mut modes = std::array::from_fn(|k| {
-            let motion = (0..vertices.len()).map(|v| noise(k, v));
-            (motion.collect::<Vec<DVec3>>(), 0.0)
-        });
-        for _ in 0..MODE_ITERATIONS {
-            for k in 0..N {
-                let (softer, rest) = modes.split_at_mut(k);
-                let (motion, deviation) = &mut rest[0];
-                *motion = self.equations.step_against(motion);
-                for (other, _) in softer {
-                    let along = dot(other, motion);
-                    motion.iter_mut().zip(other).for_each(|(m, o)| *m -= along * *o);
-                }
-                let length = dot(motion, motion).sqrt();
-                motion.iter_mut().for_each(|m| *m /= length);
-                *deviation = length.sqrt();
-            }
-        }
-        modes
-            .iter()
-            .all(|(_, deviation)| deviation.is_finite())
-            .then_some(modes)
+        Some(&mut self.equations)
     }
 
     fn linearize(&mut self, terms: &[&dyn Energy], vertices: &[DVec3]) -> Result<(), GeometryError> {

@@ -28,5 +28,6 @@ pub use crate::mesh::SurfacePoint;
 pub use energy::{Energy, ResidualSink, Robust};
 pub use mean_edge_length::mean_edge_length;
 pub use mesh_solver::{MeshSolver, Solution, SolveOptions};
+pub(crate) use normal_equations::NormalEquations;
 pub(crate) use terms::Rigidity;
 pub use terms::{Bending, DepthPrior, ImagePoint, Isometry, PhotoConsistency, PointDepth, Reprojection, TexturePoint};

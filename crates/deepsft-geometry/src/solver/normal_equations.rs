@@ -23,6 +23,9 @@ pub(crate) struct NormalEquations {
     triangle: ([usize; 3], [usize; 6]),
 }
 
+/// Steps of the iteration that finds the softest modes: near ones are as good.
+const MODE_ITERATIONS: usize = 8;
+
 /// No triangle.
 const NONE: [usize; 3] = [usize::MAX; 3];
 
@@ -113,14 +116,46 @@ impl NormalEquations {
         step_against(&mut self.cholesky, gradient)
     }
 
-    /// The block of a vertex in the inverse of the matrix that was factorised last.
-    pub(crate) fn inverse_block(&mut self, vertex: usize) -> DMat3 {
+    /// The blocks of the vertices in the inverse of the matrix that was factorised last: their covariances.
+    pub(crate) fn inverse_blocks(&mut self) -> Vec<DMat3> {
         let n = 3 * self.gradient.len();
-        let mut columns = vec![0.0; 3 * n];
-        (0..3).for_each(|k| columns[k * n + 3 * vertex + k] = 1.0);
-        self.cholesky.solve(&mut columns);
-        let column = |k: usize| DVec3::from_slice(&columns[k * n + 3 * vertex..]);
-        DMat3::from_cols(column(0), column(1), column(2))
+        let block = |vertex: usize| {
+            let mut columns = vec![0.0; 3 * n];
+            (0..3).for_each(|k| columns[k * n + 3 * vertex + k] = 1.0);
+            self.cholesky.solve(&mut columns);
+            let column = |k: usize| DVec3::from_slice(&columns[k * n + 3 * vertex..]);
+            DMat3::from_cols(column(0), column(1), column(2))
+        };
+        (0..self.gradient.len()).map(block).collect()
+    }
+
+    /// The eigenvectors of the N largest eigenvalues of the inverse of the matrix that was factorised last: the unit motions along which the
+    /// energy grows least, the softest first, each with the root of its eigenvalue, its standard deviation. By orthogonal iteration (Golub
+    /// and Van Loan, Matrix Computations, 8.2.4). `None` where numbers fail.
+    pub(crate) fn softest_modes<const N: usize>(&mut self) -> Option<[(Vec<DVec3>, f64); N]> {
+        let dot = |a: &[DVec3], b: &[DVec3]| a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum::<f64>();
+        // Any motions will do that are not orthogonal to the modes.
+        let noise = |k: usize, v: usize| DVec3::new(1.0, 2.0, 3.0).map(|axis| ((k + 1) as f64 * axis * v as f64).sin());
+        let mut modes = std::array::from_fn(|k| {
+            let motion = (0..self.gradient.len()).map(|v| noise(k, v));
+            (motion.collect::<Vec<DVec3>>(), 0.0)
+        });
+        for _ in 0..MODE_ITERATIONS {
+            for k in 0..N {
+                let (softer, rest) = modes.split_at_mut(k);
+                let (motion, deviation) = &mut rest[0];
+                *motion = self.step_against(motion);
+                for (other, _) in softer {
+                    let along = dot(other, motion);
+                    motion.iter_mut().zip(other).for_each(|(m, o)| *m -= along * *o);
+                }
+                let length = dot(motion, motion).sqrt();
+                motion.iter_mut().for_each(|m| *m /= length);
+                *deviation = length.sqrt();
+            }
+        }
+        let is_told = modes.iter().all(|(_, deviation): &(_, f64)| deviation.is_finite());
+        is_told.then_some(modes)
     }
 
     /// Blocks of the pairs of a triangle's vertices, in the order of two nested loops; `None` where some are not coupled.
@@ -211,7 +246,7 @@ mod tests {
             let unit = |axis: DVec3| [0, 1].map(|v| if v == vertex { -axis } else { DVec3::ZERO });
             let columns = DVec3::AXES.map(|axis| equations.step_against(&unit(axis))[vertex]);
             let inverse = DMat3::from_cols(columns[0], columns[1], columns[2]);
-            assert!(equations.inverse_block(vertex).abs_diff_eq(inverse, 1e-12));
+            assert!(equations.inverse_blocks()[vertex].abs_diff_eq(inverse, 1e-12));
         }
     }
 

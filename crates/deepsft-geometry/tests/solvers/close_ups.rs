@@ -1,7 +1,7 @@
 //! A mesh fitted to the pixels of the camera's own image.
 
 use crate::sheet::{bent, folded, image, template};
-use deepsft_geometry::fitting::{FitOptions, FrameFitter, Start};
+use deepsft_geometry::fitting::{FrameFitter, Start};
 use deepsft_geometry::glam::{DVec2, DVec3};
 use deepsft_geometry::metrics::frame_metrics;
 use deepsft_geometry::raster::VisibleSurface;
@@ -50,7 +50,7 @@ fn the_pixels_of_a_larger_image_make_the_mesh_more_exact_through_any_lens() {
     let large = canonical.resized((1440, 810)).unwrap();
     let vertices: Vec<DVec3> = bent(&template, 0.0).iter().map(|p| p + 150.0 * DVec3::Z).collect();
     let start = Start::Mesh(vertices.iter().map(|p| p + DVec3::new(3.0, 2.0, 12.0)).collect());
-    let mut fitter = FrameFitter::new(&template, FitOptions::default()).unwrap();
+    let mut fitter = FrameFitter::new(&template).unwrap();
     for camera in [large, large.with_distortion([-0.15, 0.03, 0.001, 0.0, 0.0]).unwrap()] {
         let image = photograph(&template, &vertices, &camera);
         let small = CanonicalWarp::new(&camera, &canonical).apply(&image).unwrap();
@@ -110,7 +110,7 @@ fn a_sheet_that_hangs_out_of_the_image_is_not_bent_by_the_image_s_end() {
     // It leaves black bars in the canonical image.
     let narrow = Camera::pinhole((960, 721), DVec2::splat(864.0), DVec2::new(480.0, 360.5)).unwrap();
     let wide = canonical.resized((1280, 720)).unwrap();
-    let mut fitter = FrameFitter::new(&template, FitOptions::default()).unwrap();
+    let mut fitter = FrameFitter::new(&template).unwrap();
     let through_lens = wide.with_distortion([-0.15, 0.03, 0.0, 0.0, 0.0]).unwrap();
     for (camera, x, y) in [(narrow, 210.0, 0.0), (wide, 180.0, 120.0), (through_lens, 240.0, 0.0)] {
         let aside = DVec3::new(x, y, 50.0);
@@ -138,7 +138,7 @@ fn a_print_that_is_uneven_by_some_per_cent_is_followed_in_close_ups() {
     let small = CanonicalWarp::new(&camera, &canonical).apply(&image).unwrap();
     let start = template.mesh().vertices().iter().map(|p| p + 500.0 * DVec3::Z);
     let start = Start::Mesh(start.collect());
-    let mut fitter = FrameFitter::new(&template, FitOptions::default()).unwrap();
+    let mut fitter = FrameFitter::new(&template).unwrap();
     let fitted = fitter.fit(&small, &canonical, &start).unwrap().unwrap();
     let close = fitter.fit_close_ups(&image, &camera, fitted.clone()).unwrap();
     let [before, after] = [&fitted, &close].map(|surface| {
@@ -171,7 +171,7 @@ fn a_nearly_blank_sheet_is_held_by_its_border() {
     let image = photograph(&template, &vertices, &camera);
     let small = CanonicalWarp::new(&camera, &canonical).apply(&image).unwrap();
     let start = Start::Mesh(vertices.iter().map(|p| p + DVec3::new(2.0, 3.0, 0.06 * p.x)).collect());
-    let mut fitter = FrameFitter::new(&template, FitOptions::default()).unwrap();
+    let mut fitter = FrameFitter::new(&template).unwrap();
     let fitted = fitter.fit(&small, &canonical, &start).unwrap().unwrap();
     let close = fitter.fit_close_ups(&image, &camera, fitted).unwrap();
     // 8 mm without.
@@ -192,7 +192,7 @@ fn what_the_image_does_not_hold_is_loose() {
         let is_right = truth.inside(pixel) && truth.uv(pixel).x > 0.6;
         if is_right { [150; 3] } else { seen.pixel(x, y) }
     });
-    let mut fitter = FrameFitter::new(&template, FitOptions::default()).unwrap();
+    let mut fitter = FrameFitter::new(&template).unwrap();
     let mut loosest = |image: &Picture| {
         let small = CanonicalWarp::new(&camera, &canonical).apply(image).unwrap();
         let start = Start::Mesh(vertices.iter().map(|p| p + DVec3::new(1.0, 1.0, 4.0)).collect());
@@ -218,7 +218,7 @@ fn a_sheet_that_is_folded_the_wrong_way_is_folded_anew() {
     let (template, camera) = (template(), training_camera());
     let truth = folded(&template, 0.5);
     let image = image(&template, &VisibleSurface::new(template.mesh(), &truth, &camera).maps());
-    let mut fitter = FrameFitter::new(&template, FitOptions::default()).unwrap();
+    let mut fitter = FrameFitter::new(&template).unwrap();
     let wrong = Surface {
         camera,
         vertices_camera: folded(&template, -0.2),

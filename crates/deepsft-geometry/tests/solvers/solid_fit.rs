@@ -1,11 +1,11 @@
 //! Fit and tracker of a solid: a box that is bent and turned.
 
 use crate::printed_box::{blocks, printed_box};
-use deepsft_geometry::fitting::{FitOptions, FrameFitter, Start};
+use deepsft_geometry::fitting::{FrameFitter, Start};
 use deepsft_geometry::glam::{DQuat, DVec2, DVec3};
 use deepsft_geometry::metrics::{FrameMetrics, frame_metrics};
 use deepsft_geometry::raster::VisibleSurface;
-use deepsft_geometry::tracking::{TrackUpdate, Tracker, TrackerImage, TrackingOptions};
+use deepsft_geometry::tracking::{TrackUpdate, Tracker, TrackerImage};
 use deepsft_geometry::{Camera, ImageSize, Maps, Picture, Surface, Template, draw_template, training_camera};
 
 /// The box bent about its z axis, each fibre along y to an arc; `radius` to the middle, mm.
@@ -59,7 +59,7 @@ impl Scene {
     /// The surface fitted to what is seen of a box with its vertices at `truth`, from one with them at `start`, and the errors of both.
     fn fitted(&self, truth: &[DVec3], start: &[DVec3]) -> (Surface, [FrameMetrics; 2]) {
         let (true_maps, start_maps) = (self.maps(truth), self.maps(start));
-        let mut fitter = FrameFitter::new(&self.template, FitOptions::default()).unwrap();
+        let mut fitter = FrameFitter::new(&self.template).unwrap();
         let from = Start::Maps(start_maps.clone());
         let image = self.picture(&true_maps);
         let surface = fitter.fit(&image, &self.camera, &from).unwrap().unwrap();
@@ -133,7 +133,7 @@ fn a_box_that_is_not_bent_keeps_its_shape_and_a_bent_one_does_not() {
         let truth = scene.vertices(radius, [0.7, -0.5], AWAY);
         let image = |camera| scene.picture(&VisibleSurface::new(scene.template.mesh(), &truth, camera).maps());
         let start = scene.vertices(1e6, [0.73, -0.47], AWAY + DVec3::new(2.0, -2.0, 5.0));
-        let mut fitter = FrameFitter::new(&scene.template, FitOptions::default()).unwrap();
+        let mut fitter = FrameFitter::new(&scene.template).unwrap();
         let found = fitter.fit(&image(&scene.camera), &scene.camera, &Start::Mesh(start));
         let surface = fitter
             .fit_close_ups(&image(&camera), &camera, found.unwrap().unwrap())
@@ -185,7 +185,7 @@ fn a_box_that_was_matched_tilted_the_other_way_is_turned_round() {
         // The side before the camera looks almost the same, and another one is beside it.
         let start = Start::Mesh(scene.vertices(1e6, [-turn, -0.1], away));
         let image = scene.picture(&scene.maps(&truth));
-        let mut fitter = FrameFitter::new(&scene.template, FitOptions::default()).unwrap();
+        let mut fitter = FrameFitter::new(&scene.template).unwrap();
         let found = fitter.fit(&image, &scene.camera, &start).unwrap().unwrap();
         let off = found.vertices_camera.iter().zip(&truth).map(|(a, b)| a.distance(*b));
         let farthest = off.fold(0.0, f64::max);
@@ -196,7 +196,7 @@ fn a_box_that_was_matched_tilted_the_other_way_is_turned_round() {
 #[test]
 fn a_box_is_followed_while_its_sides_come_into_view_and_leave_and_bends_once_the_image_tells_so() {
     let scene = Scene::new();
-    let mut tracker = Tracker::new(&scene.template, TrackingOptions::default()).unwrap();
+    let mut tracker = Tracker::new(&scene.template).unwrap();
     let mut worst: f64 = 0.0;
     // Once all around.
     for frame in 0..126 {

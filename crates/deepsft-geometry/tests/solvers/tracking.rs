@@ -4,7 +4,7 @@ use crate::sheet::{bent, image, template};
 use deepsft_geometry::glam::{DVec2, DVec3};
 use deepsft_geometry::metrics::frame_metrics;
 use deepsft_geometry::raster::VisibleSurface;
-use deepsft_geometry::tracking::{TrackUpdate, Tracker, TrackerImage, TrackingOptions};
+use deepsft_geometry::tracking::{MEMORY, TrackUpdate, Tracker, TrackerImage};
 use deepsft_geometry::{Camera, GeometryError, Maps, Picture, Surface, Template, training_camera};
 
 const FRAME_S: f64 = 1.0 / 30.0;
@@ -18,7 +18,7 @@ struct Video {
 impl Video {
     fn new() -> Self {
         let template = template();
-        let tracker = Tracker::new(&template, TrackingOptions::default()).unwrap();
+        let tracker = Tracker::new(&template).unwrap();
         Self {
             template,
             camera: training_camera(),
@@ -75,14 +75,9 @@ fn trackers_and_their_images_may_move_between_threads() {
 
 #[test]
 fn images_in_the_buffers_of_forgotten_ones_are_followed_as_new_ones_are() {
-    const MEMORY: usize = 3;
     let mut video = Video::new();
-    let options = TrackingOptions {
-        memory: MEMORY,
-        ..TrackingOptions::default()
-    };
-    let mut trackers = [(); 2].map(|()| Tracker::new(&video.template, options.clone()).unwrap());
-    for frame in 0..8 {
+    let mut trackers = [(); 2].map(|()| Tracker::new(&video.template).unwrap());
+    for frame in 0..MEMORY as u64 + 5 {
         let (picture, truth) = (video.picture(frame), video.vertices(frame));
         // Both have forgotten it, and it goes to the last that says so.
         let spare = trackers.iter_mut().filter_map(Tracker::spare_image).last();

@@ -5,8 +5,8 @@ use crate::measuring::{Times, timed};
 use crate::reading;
 use anyhow::{Context, Result, ensure};
 use deepsft::ModelBundle;
-use deepsft_geometry::fitting::{FitOptions, FrameFitter, Start};
-use deepsft_geometry::tracking::{TrackUpdate, Tracker, TrackerImage, TrackingOptions};
+use deepsft_geometry::fitting::{FrameFitter, Start};
+use deepsft_geometry::tracking::{TrackUpdate, Tracker, TrackerImage};
 use deepsft_geometry::{CompletionOptions, Maps, MapsCompletion};
 use serde::Serialize;
 
@@ -34,7 +34,7 @@ pub fn measure(bundle: &ModelBundle) -> Result<MeshTimes> {
         .map(|image| pollster::block_on(estimator.infer(image, &camera)))
         .collect::<Result<_, _>>()?;
 
-    let mut fitter = FrameFitter::new(bundle.template(), FitOptions::default())?;
+    let mut fitter = FrameFitter::new(bundle.template())?;
     let mut arap = MapsCompletion::new(bundle.template().mesh(), CompletionOptions::default())?;
     let (mut fit, mut completion) = (Vec::new(), Vec::new());
     let (mut track_start, mut track) = (Vec::new(), Vec::new());
@@ -51,7 +51,7 @@ pub fn measure(bundle: &ModelBundle) -> Result<MeshTimes> {
         );
         completion.push(ms);
     }
-    let mut tracker = Tracker::new(bundle.template(), TrackingOptions::default())?;
+    let mut tracker = Tracker::new(bundle.template())?;
     for (k, (image, maps)) in frames.iter().zip(&maps).enumerate() {
         tracker.reset();
         tracker.follow(k as u64, k as f64, &TrackerImage::of(image), &camera)?;

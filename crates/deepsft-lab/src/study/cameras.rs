@@ -7,7 +7,7 @@ use anyhow::Result;
 use clap::Args;
 use deepsft::Estimator;
 use deepsft_formats::write_file;
-use deepsft_geometry::fitting::{FitOptions, FrameFitter, Start};
+use deepsft_geometry::fitting::{FrameFitter, Start};
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::metrics::{FrameMetrics, Summary, frame_metrics};
 use deepsft_geometry::{Camera, Maps, Picture, Template};
@@ -70,7 +70,7 @@ pub fn run(arguments: &CamerasArguments) -> Result<()> {
     let estimator = reading::estimator(&bundle)?;
     let template = bundle.template();
     let mut bench = Bench {
-        fitter: FrameFitter::new(template, FitOptions::default())?,
+        fitter: FrameFitter::new(template)?,
         template,
         estimator,
     };

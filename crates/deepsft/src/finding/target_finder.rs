@@ -13,7 +13,7 @@ use deepsft_finding::{FeatureFinder, PictureGrade};
 use deepsft_geometry::fitting::Start;
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::raster::VisibleSurface;
-use deepsft_geometry::tracking::TrackingOptions;
+use deepsft_geometry::tracking::START_CORRELATION;
 use deepsft_geometry::{CalibratedCamera, Camera, Maps, Picture, SelfCalibration, SelfCalibrationOptions, Surface};
 use std::sync::{Arc, Weak};
 
@@ -232,12 +232,11 @@ impl TargetFinder {
         camera: &Camera,
         start: &Start,
     ) -> Result<Option<Vec<DVec3>>, DeepSftError> {
-        let least = TrackingOptions::default().start_correlation;
         let canonical = view.canonical(camera)?;
         let surface = self.fitter.with(|fitter| fitter.fit(canonical, camera, start))?;
         let confirmed = surface.filter(|surface| {
             let verdict = &surface.verdict;
-            verdict.correlation >= least && (verdict.ambiguity.is_none() || verdict.is_found())
+            verdict.correlation >= START_CORRELATION && (verdict.ambiguity.is_none() || verdict.is_found())
         });
         match confirmed {
             Some(surface) if !self.is_outdone(view, &surface)? => Ok(Some(surface.vertices_camera)),

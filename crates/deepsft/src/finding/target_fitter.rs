@@ -1,7 +1,7 @@
 //! The fit of one target, which the finders of targets that resemble it ask too.
 
 use crate::error::DeepSftError;
-use deepsft_geometry::fitting::{FitOptions, FrameFitter, Start};
+use deepsft_geometry::fitting::{FrameFitter, Start};
 use deepsft_geometry::{Camera, GeometryError, Picture, Surface, Template};
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 
@@ -39,7 +39,7 @@ impl TargetFitter {
         let mut fitter = self.fitter.lock().unwrap_or_else(PoisonError::into_inner);
         let made = match fitter.take() {
             Some(made) => made,
-            None => FrameFitter::new(&self.template, FitOptions::default())?,
+            None => FrameFitter::new(&self.template)?,
         };
         Ok(work(fitter.insert(made))?)
     }

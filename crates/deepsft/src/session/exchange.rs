@@ -1,17 +1,15 @@
 //! What a session and its caller say to each other.
 
 use deepsft_geometry::glam::DVec3;
-use deepsft_geometry::tracking::{OneEuroOptions, TrackUpdate, TrackingOptions};
+use deepsft_geometry::tracking::{OneEuroOptions, TrackUpdate};
 use deepsft_geometry::{CalibratedCamera, Camera, Surface};
 
 /// Number of a target, chosen by the caller.
 pub type TargetId = u32;
 
 /// Settings of a [`Session`].
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SessionOptions {
-    /// How trackers fit meshes to frames.
-    pub tracking: TrackingOptions,
     /// Smoothing of the meshes over time; `None` leaves them as they were fitted.
     pub smoothing: Option<OneEuroOptions>,
     /// Finders are asked about every so many frames, for all targets: where time does not matter. 0 counts as 1. `None`: they are asked when

@@ -40,7 +40,7 @@ impl FollowedTarget {
         options: &SessionOptions,
     ) -> Result<Self, DeepSftError> {
         Ok(Self {
-            tracker: Tracker::new(template, options.tracking.clone())?,
+            tracker: Tracker::new(template)?,
             training_camera,
             can_deny,
             presence: Presence::default(),

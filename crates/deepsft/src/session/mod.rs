@@ -7,7 +7,7 @@
 //!
 //! # Found, lost, confirmed, dropped
 //!
-//! Times are seconds of the video. What is not said here is in [`TrackingOptions`](deepsft_geometry::tracking::TrackingOptions).
+//! Times are seconds of the video. What is not said here is a setting of [tracking](deepsft_geometry::tracking).
 //!
 //! | event | when | where |
 //! |---|---|---|

@@ -8,7 +8,7 @@ use super::view_choice::ViewChoice;
 use crate::error::DeepSftError;
 use crate::finding::View;
 use deepsft_geometry::glam::DVec3;
-use deepsft_geometry::tracking::TrackerImage;
+use deepsft_geometry::tracking::{MEMORY, TrackerImage};
 use deepsft_geometry::{CalibratedCamera, Camera, CanonicalViews, Evidence, Maps, Template, training_camera};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -64,8 +64,7 @@ impl Session {
     /// there, as a network of its own does: that they see nothing then speaks against a track.
     ///
     /// # Errors
-    /// [`DeepSftError::Geometry`] for a template that is no sheet and for tracking options that are none, see
-    /// [`Tracker::new`](deepsft_geometry::tracking::Tracker::new).
+    /// As [`Tracker::new`](deepsft_geometry::tracking::Tracker::new).
     pub fn add(
         &mut self,
         id: TargetId,
@@ -133,7 +132,7 @@ impl Session {
         });
         // The frames between a question and its answer must be among those that the trackers remember.
         let answerable_s = match self.plan.misses_some() {
-            true => (self.took_s / (ANSWERABLE * self.options.tracking.memory as f64)).min(MAX_INTERVAL_S),
+            true => (self.took_s / (ANSWERABLE * MEMORY as f64)).min(MAX_INTERVAL_S),
             false => 0.0,
         };
         let searching_s = match self.plan.follows_some() {

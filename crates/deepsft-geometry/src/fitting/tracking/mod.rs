@@ -6,14 +6,14 @@
 //! that is wanted.
 
 mod one_euro;
-mod options;
 mod search;
+mod settings;
 mod tracked;
 mod tracker;
 mod tracker_image;
 
 pub use one_euro::{OneEuro, OneEuroOptions};
-pub use options::TrackingOptions;
+pub use settings::{MEMORY, START_CORRELATION};
 pub use tracked::{TrackUpdate, Tracked};
 pub use tracker::Tracker;
 pub use tracker_image::TrackerImage;

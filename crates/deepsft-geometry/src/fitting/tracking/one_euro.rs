@@ -3,6 +3,9 @@
 use glam::DVec3;
 use std::f64::consts::TAU;
 
+/// Cut-off frequency of the speed itself, Hz, as in the paper.
+const SPEED_CUTOFF_HZ: f64 = 1.0;
+
 /// Cut-offs of the [`OneEuro`] filter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OneEuroOptions {
@@ -12,8 +15,6 @@ pub struct OneEuroOptions {
     /// How much the cut-off rises with a vertex's speed, Hz per mm/s: higher lags less. Default 0.1: a hand's 300 mm/s
     /// passes with a lag of 5 ms, which is 1.5 mm.
     pub speed_coefficient: f64,
-    /// Cut-off frequency of the speed itself, Hz. Default 1, as in the paper.
-    pub speed_cutoff_hz: f64,
 }
 
 impl Default for OneEuroOptions {
@@ -21,7 +22,6 @@ impl Default for OneEuroOptions {
         Self {
             min_cutoff_hz: 2.0,
             speed_coefficient: 0.1,
-            speed_cutoff_hz: 1.0,
         }
     }
 }
@@ -77,7 +77,7 @@ impl OneEuro {
         };
         let step = time_s - last.time_s;
         last.time_s = time_s;
-        let of_speed = fraction(self.options.speed_cutoff_hz, step);
+        let of_speed = fraction(SPEED_CUTOFF_HZ, step);
         for ((vertex, smooth), velocity) in vertices.iter_mut().zip(&mut last.vertices).zip(&mut last.velocities) {
             *velocity += of_speed * ((*vertex - *smooth) / step - *velocity);
             let cutoff = self.options.min_cutoff_hz + self.options.speed_coefficient * velocity.length();

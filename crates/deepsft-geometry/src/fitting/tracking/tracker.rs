@@ -1,14 +1,17 @@
 //! The tracker of one template in one video.
 
-use super::options::TrackingOptions;
 use super::search::best_shift;
+use super::settings::{
+    BLURS_PX, DISAGREEMENT_PX, MEMORY, MIN_CORRELATION, MIN_POINTS, PATIENCE_S, PERSISTENCE, RIGID_STEPS, RIGIDITY,
+    START_CORRELATION, STEPS, WIDE_BLURS_PX,
+};
 use super::tracked::{TrackUpdate, Tracked};
 use super::tracker_image::TrackerImage;
 use crate::camera::Camera;
 use crate::error::GeometryError;
-use crate::fitting::coarse_fitter::{CoarseFitter, CoarseStart};
+use crate::fitting::coarse_fitter::{self, CoarseStart};
 use crate::fitting::measurements::Measurement;
-use crate::fitting::mesh_fitter::{FitRound, Fitted, check_blurs};
+use crate::fitting::mesh_fitter::{FitRound, Fitted, MeshFitter};
 use crate::fitting::observation::Observation;
 use crate::fitting::print::Drawing;
 use crate::fitting::start::Start;
@@ -38,8 +41,7 @@ struct RememberedFrame {
 /// [`CanonicalViews`](crate::CanonicalViews)); any other change of the camera starts the video afresh.
 #[derive(Debug)]
 pub struct Tracker {
-    fitter: CoarseFitter,
-    options: TrackingOptions,
+    fitter: MeshFitter,
     frames: VecDeque<RememberedFrame>,
     /// The last image that was forgotten.
     spare: Option<TrackerImage>,
@@ -55,13 +57,10 @@ impl Tracker {
     /// Prepares everything that does not depend on the video.
     ///
     /// # Errors
-    /// [`GeometryError::Weight`] for weights that are no weights and for rounds without a blur.
-    pub fn new(template: &Template, options: TrackingOptions) -> Result<Self, GeometryError> {
-        check_blurs(&options.blurs)?;
-        check_blurs(&options.wide_blurs)?;
+    /// [`GeometryError`] for a mesh without extent.
+    pub fn new(template: &Template) -> Result<Self, GeometryError> {
         Ok(Self {
-            fitter: CoarseFitter::new(template, options.fit.clone())?,
-            options,
+            fitter: MeshFitter::new(template, RIGIDITY)?,
             frames: VecDeque::new(),
             spare: None,
             missed: 0,
@@ -118,7 +117,7 @@ impl Tracker {
             mesh: None,
             held: false,
         });
-        while self.frames.len() > self.options.memory.max(2) {
+        while self.frames.len() > MEMORY {
             self.spare = self.frames.pop_front().map(|forgotten| forgotten.image);
         }
         let newest = self.frames.len() - 1;
@@ -183,7 +182,7 @@ impl Tracker {
             self.searched = None;
             return Ok(TrackUpdate::Confirmed);
         }
-        if reached < self.options.start_correlation || points < self.options.min_points {
+        if reached < START_CORRELATION || points < MIN_POINTS {
             return Ok(TrackUpdate::Ignored);
         }
         self.searched = searched;
@@ -207,7 +206,7 @@ impl Tracker {
         let found_by_search = self.searched.is_some_and(|since| since <= frame);
         if self.current.surface.is_none() {
             TrackUpdate::Ignored
-        } else if !found_by_search && self.correlation() >= self.options.start_correlation {
+        } else if !found_by_search && self.correlation() >= START_CORRELATION {
             TrackUpdate::Confirmed
         } else {
             self.lose(self.current.frame);
@@ -226,7 +225,7 @@ impl Tracker {
         let middle = |vertices: &[DVec3]| vertices.iter().sum::<DVec3>() / vertices.len() as f64;
         let track = self.frames.back().and_then(|newest| newest.mesh.as_ref());
         let apart_mm = track.map_or(0.0, |track| middle(&track.vertices).distance(middle(&mesh.vertices)));
-        apart_mm > self.fitter.mesh_fitter.template.size_mm().min_element() / 2.0
+        apart_mm > self.fitter.template.size_mm().min_element() / 2.0
     }
 
     /// Whether the mesh in frame `index` shows four fifths of what is `measured` where it was measured.
@@ -235,7 +234,7 @@ impl Tracker {
         let Some(mesh) = &frame.mesh else {
             return false;
         };
-        let coarse = self.fitter.mesh_fitter.coarse();
+        let coarse = self.fitter.coarse();
         let distance = |m: &Measurement| {
             let point = coarse.locator.locate(m.uv)?;
             let position = point.position(coarse.mesh.faces(), &mesh.vertices);
@@ -247,15 +246,14 @@ impl Tracker {
             return true;
         }
         let (_, distance, _) = distances.select_nth_unstable_by(rank, f64::total_cmp);
-        *distance <= self.options.disagreement_px
+        *distance <= DISAGREEMENT_PX
     }
 
     /// The meshes of frame `index`, fitted from `start`, and of all frames since.
     fn caught_up(&mut self, index: usize, start: &CoarseStart<'_>) -> Result<Vec<Fitted>, GeometryError> {
         let frame = &self.frames[index];
-        let blurs = self.fitter.options.blurs.clone();
         let observation = Observation::new(&frame.image.0.whole, &frame.camera)?;
-        let mut meshes = vec![self.fitter.fit(observation, start, &blurs)?];
+        let mut meshes = vec![self.fitter.fit_coarse(observation, start, &coarse_fitter::BLURS_PX)?];
         for later in index + 1..self.frames.len() {
             let last = &meshes[later - index - 1];
             let before = later.checked_sub(index + 2).map(|k| &meshes[k].vertices[..]);
@@ -283,7 +281,7 @@ impl Tracker {
         };
         let now = self.frames[index].time_s - self.frames[index - 1].time_s;
         let then = self.frames[index - 1].time_s - self.frames[index - 2].time_s;
-        let fraction = self.options.persistence * (now / then).min(2.0);
+        let fraction = PERSISTENCE * (now / then).min(2.0);
         let step = |(p, q): (&DVec3, &DVec3)| p + fraction * (p - q);
         last.iter().zip(before).map(step).collect()
     }
@@ -292,7 +290,7 @@ impl Tracker {
     /// looks most like the image when it is shifted.
     fn fitted(&mut self, index: usize, start: Vec<DVec3>, last: &Fitted) -> Result<Fitted, GeometryError> {
         let first = self.fitted_in(false, index, start, last)?;
-        if first.correlation.whole >= self.options.start_correlation.min(0.8 * last.correlation.whole) {
+        if first.correlation.whole >= START_CORRELATION.min(0.8 * last.correlation.whole) {
             return Ok(first);
         }
         let shifted = self.shifted(index, &last.vertices);
@@ -310,7 +308,7 @@ impl Tracker {
     /// quick hand is beyond the reach of the widest blur.
     fn shifted(&mut self, index: usize, vertices: &[DVec3]) -> Vec<DVec3> {
         let RememberedFrame { camera, image, .. } = &self.frames[index];
-        let fit = &mut self.fitter.mesh_fitter;
+        let fit = &self.fitter;
         let surface = VisibleSurface::new(&fit.coarse().mesh, vertices, camera);
         let grey = &image.0.whole;
         let drawing = Drawing::new(&fit.print, &surface, (&Region::shown(grey), None), (0, MARGIN_PX), None);
@@ -339,7 +337,7 @@ impl Tracker {
         start: Vec<DVec3>,
         last: &Fitted,
     ) -> Result<Fitted, GeometryError> {
-        let fit = &self.fitter.mesh_fitter;
+        let fit = &self.fitter;
         if fit.template.is_sheet() {
             return self.rounds((wide, false), index, start, last);
         }
@@ -369,23 +367,21 @@ impl Tracker {
         let half_camera = camera.halved()?;
         let whole = Observation::new(&image.0.whole, camera)?;
         let half = Observation::new(&image.0.half, &half_camera)?;
-        let options = &self.options;
-        let (blurs, earlier_steps) = if wide {
-            (&options.wide_blurs, WIDE_STEPS)
-        } else {
-            (&options.blurs, EARLIER_STEPS)
+        let (blurs, earlier_steps) = match wide {
+            true => (&WIDE_BLURS_PX[..], WIDE_STEPS),
+            false => (&BLURS_PX[..], EARLIER_STEPS),
         };
         let mut mesh = Fitted::unmoved(start);
         for (k, &blur) in blurs.iter().enumerate() {
             let is_last = k + 1 == blurs.len();
             let steps = match is_rigid {
                 true => 0,
-                false if is_last => options.steps,
+                false if is_last => STEPS,
                 false => earlier_steps,
             };
             let round = FitRound {
                 margin: MARGIN_PX,
-                rigid_steps: if k == 0 || is_rigid { options.rigid_steps } else { 0 },
+                rigid_steps: if k == 0 || is_rigid { RIGID_STEPS } else { 0 },
                 is_near: !wide,
                 // What lies before the sheet hides it in the next frame too; after a miss all may have changed.
                 trusted: (self.missed == 0).then_some((&last.correlation.confidence, HIDDEN)),
@@ -397,7 +393,7 @@ impl Tracker {
                 (whole, round)
             };
             let before = mesh.iterations;
-            let fit = &mut self.fitter.mesh_fitter;
+            let fit = &mut self.fitter;
             mesh = fit.round(observation, &mesh.vertices, &round, &[])?;
             mesh.iterations += before;
         }
@@ -406,12 +402,13 @@ impl Tracker {
 
     /// Makes `mesh` that of the newest frame, or counts a miss.
     fn take(&mut self, newest: usize, mesh: Fitted, last: Fitted) {
-        let in_view = mesh.correlation.points >= self.options.min_points;
+        let in_view = mesh.correlation.points >= MIN_POINTS;
         // What was searched for has found something that looks like the sheet: that is a start, until the network confirms it.
-        let enough = if self.searched.is_some() {
-            self.options.start_correlation
+        let is_searched = self.searched.is_some();
+        let enough = if is_searched {
+            START_CORRELATION
         } else {
-            self.options.min_correlation
+            MIN_CORRELATION
         };
         if mesh.correlation.whole >= enough && in_view {
             self.missed = 0;
@@ -420,7 +417,7 @@ impl Tracker {
         }
         self.missed += 1;
         let confirmed_s = self.frames[newest.saturating_sub(self.missed)].time_s;
-        let is_over = self.frames[newest].time_s - confirmed_s >= self.options.patience_s;
+        let is_over = self.frames[newest].time_s - confirmed_s >= PATIENCE_S;
         // What has left the view has nothing to come back with: no patience.
         if (is_over && self.missed >= MIN_MISSED) || !in_view {
             self.lose(self.frames[newest].frame);
@@ -438,7 +435,7 @@ impl Tracker {
     fn show(&mut self, index: usize) {
         let remembered = &self.frames[index];
         let Some(mesh) = &remembered.mesh else { return };
-        let fit = &self.fitter.mesh_fitter;
+        let fit = &self.fitter;
         self.current = Tracked {
             frame: remembered.frame,
             surface: Some(Surface {

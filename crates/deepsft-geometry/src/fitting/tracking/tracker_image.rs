@@ -11,7 +11,7 @@ pub(super) struct HalvedPair {
 }
 
 /// A canonical image as trackers take it. Made once, it serves the trackers of all targets in a video: each remembers the last
-/// [`memory`](super::TrackingOptions::memory) images.
+/// [`MEMORY`](super::MEMORY) images.
 #[derive(Clone, Debug)]
 pub struct TrackerImage(pub(super) Arc<HalvedPair>);
 

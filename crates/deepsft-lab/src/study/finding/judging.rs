@@ -5,7 +5,7 @@ use super::prints::{Kind, Print};
 use crate::measuring::{Stopwatch, median};
 use anyhow::Result;
 use deepsft::{Finder, View};
-use deepsft_geometry::fitting::{FitOptions, FrameFitter, Start};
+use deepsft_geometry::fitting::{FrameFitter, Start};
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::raster::VisibleSurface;
 use deepsft_geometry::{Camera, CanonicalWarp, Maps, Picture, Surface, Verdict, metrics, training_camera};
@@ -116,7 +116,7 @@ impl<'a> Studied<'a> {
             another: Synthesizer::new(&prints[other].template, config)?,
             camera,
             canonical: training_camera(),
-            fitter: FrameFitter::new(&print.template, FitOptions::default())?,
+            fitter: FrameFitter::new(&print.template)?,
         })
     }
 
