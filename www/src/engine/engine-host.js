@@ -1,17 +1,18 @@
-// The engine in its worker: what finds targets, and meshes for single frames.
+// The engine in its worker: what finds targets, and meshes for single frames. What its functions return is handed over, not copied.
 
 import initialise, { Engine, readScan as readScanFiles } from "../../pkg/deepsft_web.js";
 import { DeepSftError } from "../error.js";
-import { framePixels } from "../frames/frame-pixels.js";
+import { readFrame } from "../frames/frame-pixels.js";
 import { closeFrame, decodedPixels } from "../frames/image-input.js";
-import { surfaceArrays } from "../results/surface-mesh.js";
 import { addSource } from "../targets/add-source.js";
 import { COPY_AGAIN, VERSION } from "../version.js";
 import { probeWebGpu } from "./webgpu.js";
 
-/** @import { RawEstimate as EngineEstimate, RawFlatPrint, RawMesh } from "../../pkg/deepsft_web.js" */
-/** @import { AddedTarget, EngineInfo, EstimateRequest, FindRequest, FlattenRequest, MeshRequest, PhotographRequest, RawEstimate, RawFinding, ScanRequest, StartRequest, TargetDescription, TargetRequest } from "./engine-worker.js" */
-/** @import { RawScan } from "../targets/scan.js" */
+/** @import { RawEstimate as EngineEstimate } from "../../pkg/deepsft_web.js" */
+/** @import { CameraSource } from "../camera/intrinsics.js" */
+/** @import { EngineInfo, MeshRequest, RawEstimate, StartRequest, TargetRequest } from "./engine-worker.js" */
+
+/** What is looked at, and its fx, fy, cx, cy, k1, k2, p1, p2, k3. @typedef {{ frame: ImageBitmap | ImageData, intrinsics: number[] }} Looked */
 
 /** Number of the model's target. */
 const MODEL_TARGET = 0;
@@ -48,10 +49,7 @@ function started() {
   return engine;
 }
 
-/**
- * @param {StartRequest} request
- * @returns {Promise<{ value: { info: EngineInfo, model: TargetDescription | null }, transfer: Transferable[] }>}
- */
+/** @param {StartRequest} request */
 export async function start({ module, files, device: wanted }) {
   // Only a network needs a GPU.
   const { device, fallback, adapter } = await chooseDevice(files ? wanted : "cpu");
@@ -59,115 +57,76 @@ export async function start({ module, files, device: wanted }) {
     throw new DeepSftError("engine-load", `The engine does not fit its worker (${cause.message}). ${COPY_AGAIN}`, { cause });
   });
   engine = await Engine.create(files ?? undefined, device);
-  const info = engine.info();
+  /** @type {EngineInfo} */
+  const info = { ...engine.info(), ...adapter, fallback };
   if (info.version !== VERSION) throw new DeepSftError("engine-load", `The engine is of deepsft ${info.version}, its worker of ${VERSION}. ${COPY_AGAIN}`);
-  const model = engine.describeTarget(MODEL_TARGET) ?? null;
-  return { value: { info: { ...info, ...adapter, fallback }, model }, transfer: model ? [model.rgba.buffer] : [] };
+  return { info, model: engine.describeTarget(MODEL_TARGET) ?? null };
 }
 
-/**
- * @param {TargetRequest} request
- * @returns {Promise<{ value: AddedTarget, transfer: Transferable[] }>}
- */
+/** @param {TargetRequest} request */
 export async function addTarget({ id, source }) {
   const alike = await addSource(started(), id, source);
-  const value = started().describeTarget(id);
-  if (!value) throw new DeepSftError("internal", "The target was not added.");
-  return { value: { ...value, alike }, transfer: [value.rgba.buffer] };
+  const description = started().describeTarget(id);
+  if (!description) throw new DeepSftError("internal", "The target was not added.");
+  return { ...description, alike };
 }
 
 /** @param {{ id: number }} request */
 export function removeTarget({ id }) {
   started().removeTarget(id);
-  return { value: undefined, transfer: [] };
 }
 
 /**
- * @param {PhotographRequest} request
- * @returns {Promise<{ value: number | undefined, transfer: Transferable[] }>}
+ * The focal length that a photograph's EXIF data tell, pixels.
+ *
+ * @param {{ file: Blob, width: number, height: number }} request with the size of the picture as it is shown
  */
 export async function exifFocal({ file, width, height }) {
   const bytes = await file.slice(0, MAX_FILE_BYTES).arrayBuffer();
-  return { value: await Engine.exifFocal(new Uint8Array(bytes), width, height), transfer: [] };
+  return Engine.exifFocal(new Uint8Array(bytes), width, height);
 }
 
-/**
- * @param {ScanRequest} request
- * @returns {Promise<{ value: RawScan, transfer: Transferable[] }>}
- */
-export async function readScan({ files, mmPerUnit }) {
+/** @param {{ files: Map<string, Uint8Array>, mmPerUnit: number | undefined }} request */
+export function readScan({ files, mmPerUnit }) {
   started();
-  const value = await readScanFiles(files, mmPerUnit, decodedPixels);
-  const { vertices, texture, sheet } = value;
-  return { value, transfer: [vertices, texture.rgba, ...(sheet ? [sheet.picture.rgba] : [])].map(({ buffer }) => buffer) };
+  return readScanFiles(files, mmPerUnit, decodedPixels);
 }
 
-/**
- * @param {EstimateRequest} request
- * @returns {Promise<{ value: RawEstimate, transfer: Transferable[] }>}
- */
-export async function estimate(request) {
+/** @param {Looked & { id: number, source: CameraSource, fit: boolean }} request whose bitmap is handed back */
+export async function estimate({ id, frame, intrinsics, source, fit }) {
   try {
-    return await estimated(request);
+    const { rgba, width, height, readMs } = readFrame(frame);
+    const raw = await started().estimate(id, rgba, width, height, new Float64Array(intrinsics), source);
+    const value = carried(raw, frame instanceof ImageData ? null : frame, readMs);
+    if (fit && value.found && !value.fitted) {
+      value.fitted = await started().mesh(id, value.width, value.focal, value.depth, value.registration, value.canonical);
+      if (value.fitted) ({ depth: value.depth, registration: value.registration } = value.fitted);
+    }
+    return value;
   } catch (error) {
-    // It is not handed back.
-    closeFrame(request.frame);
+    closeFrame(frame);
     throw error;
   }
 }
 
-/**
- * @param {EstimateRequest} request
- * @returns {Promise<{ value: RawEstimate, transfer: Transferable[] }>}
- */
-async function estimated({ id, frame, intrinsics, source, fit }) {
-  const { rgba, readMs } = read(frame);
-  const raw = await started().estimate(id, rgba, frame.width, frame.height, new Float64Array(intrinsics), source);
-  const { value, transfer } = carried(raw, frame instanceof ImageData ? null : frame, readMs);
-  if (fit && value.found && !value.fitted) {
-    const { width, focal, depth, registration, canonical } = value;
-    value.fitted = await started().mesh(id, width, focal, depth, registration, canonical);
-    if (value.fitted) ({ depth: value.depth, registration: value.registration } = value.fitted);
-  }
-  const { depth, registration, fitted } = value;
-  const arrays = [depth, registration, ...(fitted ? surfaceArrays(fitted.surface) : [])];
-  return { value, transfer: [...new Set([...transfer, ...arrays.map(({ buffer }) => buffer)])] };
-}
-
-/**
- * @param {FindRequest} request
- * @returns {Promise<{ value: RawFinding, transfer: Transferable[] }>}
- */
+/** @param {Looked & { ids: number[], estimated: boolean, focal: number }} request with the canonical image's focal length, pixels */
 export async function find({ ids, estimated, frame, intrinsics, focal }) {
-  const { rgba, readMs } = read(frame);
-  const { width, height } = frame;
+  const { rgba, width, height, readMs } = readFrame(frame);
   closeFrame(frame);
-  const camera = new Float64Array(intrinsics);
-  const found = await started().find(new Uint32Array(ids), estimated, rgba, width, height, camera, focal);
-  const { answers } = found;
-  const transfer = answers.flatMap(({ sightings }) => sightings.map(({ buffer }) => buffer));
-  if (!found.estimate) return { value: { answers, estimate: null }, transfer };
-  const estimate = carried(found.estimate, null, readMs);
-  return { value: { answers, estimate: estimate.value }, transfer: [...transfer, ...estimate.transfer] };
+  const found = await started().find(new Uint32Array(ids), estimated, rgba, width, height, new Float64Array(intrinsics), focal);
+  return { answers: found.answers, estimate: found.estimate ? carried(found.estimate, null, readMs) : null };
 }
 
-/**
- * @param {FlattenRequest} request
- * @returns {Promise<{ value: RawFlatPrint | null, transfer: Transferable[] }>}
- */
-export async function flatten({ id, frame, intrinsics, source, columns, unshaded }) {
-  const { rgba } = read(frame);
-  const { width, height } = frame;
+/** @param {Looked & { id: number, source: CameraSource, columns: number, unshaded: boolean }} request */
+export function flatten({ id, frame, intrinsics, source, columns, unshaded }) {
+  const { rgba, width, height } = readFrame(frame);
   closeFrame(frame);
-  const value = await started().flatten(id, rgba, width, height, new Float64Array(intrinsics), source, columns, unshaded);
-  return { value, transfer: value ? [value.rgba.buffer, value.confidence.buffer] : [] };
+  return started().flatten(id, rgba, width, height, new Float64Array(intrinsics), source, columns, unshaded);
 }
 
-/** @param {ImageBitmap | ImageData} frame */
-function read(frame) {
-  const began = performance.now();
-  const rgba = framePixels(frame);
-  return { rgba, readMs: performance.now() - began };
+/** @param {MeshRequest} request */
+export function mesh({ id, width, focal, depth, registration, canonical }) {
+  return started().mesh(id, width, focal, depth, registration, canonical ?? undefined);
 }
 
 /**
@@ -176,22 +135,8 @@ function read(frame) {
  * @param {EngineEstimate} raw
  * @param {ImageBitmap | null} bitmap handed back
  * @param {number} readMs
- * @returns {{ value: RawEstimate, transfer: Transferable[] }}
+ * @returns {RawEstimate}
  */
 function carried(raw, bitmap, readMs) {
-  const { depth, registration, mask, canonical } = raw;
-  return {
-    value: { ...raw, fitted: raw.found ? raw.fitted : null, readMs, bitmap },
-    transfer: [...[depth, registration, mask, canonical].map(({ buffer }) => buffer), ...(bitmap ? [bitmap] : [])],
-  };
-}
-
-/**
- * @param {MeshRequest} request
- * @returns {Promise<{ value: RawMesh | null, transfer: Transferable[] }>}
- */
-export async function mesh({ id, width, focal, depth, registration, canonical }) {
-  const value = await started().mesh(id, width, focal, depth, registration, canonical ?? undefined);
-  const arrays = value ? [...surfaceArrays(value.surface), value.depth, value.registration] : [];
-  return { value, transfer: arrays.map(({ buffer }) => buffer) };
+  return { ...raw, fitted: raw.found ? raw.fitted : null, readMs, bitmap };
 }

@@ -3,11 +3,9 @@
 import { DeepSftError } from "../error.js";
 import { WorkerCalls } from "./worker-calls.js";
 
-/** @import { CameraSource } from "../camera/intrinsics.js" */
-/** @import { RawEstimate as EngineEstimate, RawFlatPrint, RawMesh } from "../../pkg/deepsft_web.js" */
+/** @import { Engine, RawEstimate as EngineEstimate } from "../../pkg/deepsft_web.js" */
 /** @import { LoadProgress } from "./bundle.js" */
 /** @import { DeepSftErrorCode } from "../error.js" */
-/** @import { RawScan } from "../targets/scan.js" */
 /** @import { TargetSource } from "../targets/target-source.js" */
 
 /**
@@ -22,14 +20,6 @@ import { WorkerCalls } from "./worker-calls.js";
  * @property {string} version of this package
  * @property {{ code: DeepSftErrorCode, message: string } | null} fallback why `device: "auto"` took the CPU
  */
-
-/**
- * Milliseconds in the engine: canonical warp, network, confidence, and finding by features, its fit included.
- *
- * @typedef {EngineEstimate["times"]} EngineTimes
- */
-
-/** @typedef {NonNullable<EngineEstimate["by"]>} FinderName */
 
 /**
  * The maps of one frame as they cross from the worker: with the time to read the frame's pixels, and the frame where it is handed back.
@@ -53,25 +43,15 @@ import { WorkerCalls } from "./worker-calls.js";
  * @typedef {{ level: "hopeless" | "poor" | "fair" | "good", reasons: string[] }} PictureGrade
  */
 
-/** @typedef {{ width: number, height: number, rgba: Uint8ClampedArray<ArrayBuffer>, sizeMm: [number, number], mesh: MeshTopology, grade: PictureGrade | null }} TargetDescription */
-
-/** With the targets that resemble it, and the share of the corners that they have in common. @typedef {TargetDescription & { alike: { id: number, share: number }[] }} AddedTarget */
-
+/** @typedef {NonNullable<ReturnType<Engine["describeTarget"]>>} TargetDescription */
 /** @typedef {{ module: WebAssembly.Module, files: Map<string, Uint8Array> | null, device: "auto" | "webgpu" | "cpu" }} StartRequest */
 /** @typedef {{ id: number, source: TargetSource }} TargetRequest */
-/** @typedef {{ file: Blob, width: number, height: number }} PhotographRequest the size of the picture as it is shown */
-/** @typedef {{ files: Map<string, Uint8Array>, mmPerUnit: number | undefined }} ScanRequest */
-/** @typedef {{ id: number, frame: ImageBitmap | ImageData, intrinsics: number[], source: CameraSource, fit: boolean }} EstimateRequest intrinsics are fx, fy, cx, cy, k1, k2, p1, p2, k3 */
-/** @typedef {{ id: number, frame: ImageBitmap | ImageData, intrinsics: number[], source: CameraSource, columns: number, unshaded: boolean }} FlattenRequest */
-/** @typedef {{ ids: number[], estimated: boolean, frame: ImageBitmap | ImageData, intrinsics: number[], focal: number }} FindRequest `focal`: of the canonical image, pixels */
 
 /**
  * What the finders say of one target in a frame: the vertices of its mesh (x, y, z each, camera frame, mm), the likeliest first.
  *
  * @typedef {{ id: number, sightings: Float32Array[] }} RawAnswer
  */
-
-/** @typedef {{ answers: RawAnswer[], estimate: RawEstimate | null }} RawFinding the estimate is that of the model's network */
 
 /**
  * With the canonical image: a mesh fitted to it. Without: ARAP completion of the maps.
@@ -138,82 +118,15 @@ function countBytes({ headers, body }, onProgress) {
   );
 }
 
-/** The worker that finds targets. */
+/** The worker that finds targets. @extends {WorkerCalls<typeof import("./engine-host.js")>} */
 export class EngineWorker extends WorkerCalls {
-  /**
-   * @param {StartRequest} request
-   * @returns {Promise<{ info: EngineInfo, model: TargetDescription | null }>}
-   */
-  start(request) {
-    return this.call("start", request);
-  }
-
-  /**
-   * @param {TargetRequest} request
-   * @returns {Promise<AddedTarget>}
-   */
-  addTarget(request) {
-    return this.call("addTarget", request);
-  }
-
-  /**
-   * @param {{ id: number }} request
-   * @returns {Promise<void>}
-   */
-  removeTarget(request) {
-    return this.call("removeTarget", request);
-  }
-
-  /**
-   * @param {ScanRequest} request
-   * @returns {Promise<RawScan>}
-   */
-  readScan(request) {
-    return this.call("readScan", request);
-  }
-
-  /**
-   * @param {FindRequest} request
-   * @returns {Promise<RawFinding>}
-   */
-  find(request) {
-    return this.call("find", request, [transferable(request.frame)]);
-  }
-
-  /**
-   * @param {PhotographRequest} request
-   * @returns {Promise<number | undefined>} the focal length that the file's EXIF data tell, pixels
-   */
-  exifFocal(request) {
-    return this.call("exifFocal", request);
-  }
-
-  /**
-   * @param {EstimateRequest} request
-   * @returns {Promise<RawEstimate>}
-   */
-  estimate(request) {
-    return this.call("estimate", request, [transferable(request.frame)]);
-  }
-
-  /**
-   * @param {FlattenRequest} request
-   * @returns {Promise<RawFlatPrint | null>} null when it is not found
-   */
-  flatten(request) {
-    return this.call("flatten", request, [transferable(request.frame)]);
-  }
-
-  /**
-   * @param {MeshRequest} request
-   * @returns {Promise<RawMesh | null>} null when the maps show too little of the template
-   */
-  mesh(request) {
-    return this.call("mesh", request);
-  }
-}
-
-/** @param {ImageBitmap | ImageData} frame */
-export function transferable(frame) {
-  return frame instanceof ImageBitmap ? frame : frame.data.buffer;
+  start = this.calls("start");
+  addTarget = this.calls("addTarget");
+  removeTarget = this.calls("removeTarget");
+  readScan = this.calls("readScan");
+  exifFocal = this.calls("exifFocal");
+  find = this.calls("find");
+  estimate = this.calls("estimate");
+  flatten = this.calls("flatten");
+  mesh = this.calls("mesh");
 }

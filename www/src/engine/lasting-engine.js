@@ -3,7 +3,7 @@
 import { DeepSftError, asDeepSftError } from "../error.js";
 import { EngineWorker } from "./engine-worker.js";
 
-/** @import { AddedTarget, EngineInfo, StartRequest, TargetDescription } from "./engine-worker.js" */
+/** @import { EngineInfo, StartRequest, TargetDescription } from "./engine-worker.js" */
 /** @import { TargetSource } from "../targets/target-source.js" */
 
 /**
@@ -74,7 +74,6 @@ export class LastingEngine {
   /**
    * @param {number} id
    * @param {TargetSource} source
-   * @returns {Promise<AddedTarget>}
    * @throws {DeepSftError} `target-unusable`, `model-version`, `closed`
    */
   async addTarget(id, source) {

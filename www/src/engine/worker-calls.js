@@ -100,7 +100,11 @@ function asTrusted(start) {
   return policy ? withAddress(start, (url) => /** @type {NonNullable<typeof policy>} */ (policy).createScriptURL(url)) : start();
 }
 
-/** A worker with `worker.js` in it, as calls that return promises. */
+/**
+ * A worker with `worker.js` in it, as calls that return promises.
+ *
+ * @template {Record<string, (request: any) => unknown>} Host what it can be asked to do
+ */
 export class WorkerCalls {
   /** @type {Worker} */
   #worker;
@@ -173,31 +177,32 @@ export class WorkerCalls {
   }
 
   /**
-   * @param {string} method of those that worker.js lists
-   * @param {unknown} request
-   * @param {Transferable[]} [transfer]
+   * What asks the worker to do one of its things. A bitmap or pixels that are asked about go over to it.
+   *
+   * @template {keyof Host & string} Method
+   * @param {Method} method
+   * @returns {(request: Parameters<Host[Method]>[0]) => Promise<Awaited<ReturnType<Host[Method]>>>}
+   */
+  calls(method) {
+    return (request) => this.call(method, request);
+  }
+
+  /**
+   * @param {string} method
+   * @param {{ frame?: ImageBitmap | ImageData }} request
    * @returns {Promise<any>}
    */
-  call(method, request, transfer = []) {
+  call(method, request) {
     if (this.#ended) return Promise.reject(this.#ended.reason);
     const id = ++this.#lastId;
+    const { frame } = request;
     try {
-      this.#worker.postMessage({ id, method, request, version: VERSION }, transfer);
+      this.#worker.postMessage({ id, method, request, version: VERSION }, frame ? [frame instanceof ImageBitmap ? frame : frame.data.buffer] : []);
     } catch (error) {
-      return Promise.reject(explainedRefusal(error));
+      // Of what is sent only pictures can be refused.
+      return Promise.reject(error instanceof DOMException && error.name === "DataCloneError" ? crossOriginError(error) : asDeepSftError(error));
     }
     if (this.#waiting.size === 0) this.#silentMs = 0;
     return new Promise((resolve, reject) => this.#waiting.set(id, { method, since: performance.now(), resolve, reject }));
   }
-}
-
-/**
- * Why a message could not be sent. Of what is sent only pictures can be refused.
- *
- * @param {unknown} error
- * @returns {DeepSftError}
- */
-function explainedRefusal(error) {
-  if (!(error instanceof DOMException && error.name === "DataCloneError")) return asDeepSftError(error);
-  return crossOriginError(error);
 }

@@ -6,18 +6,24 @@ import { DeepSftError } from "../error.js";
 let canvas;
 
 /**
- * The pixels of a frame, sRGB, not premultiplied.
+ * The pixels of a frame, sRGB, not premultiplied, and how long it took to read them, milliseconds.
  *
  * @param {ImageBitmap | ImageData} frame
- * @returns {Uint8ClampedArray}
  * @throws {DeepSftError} `internal`
  */
-export function framePixels(frame) {
-  if (frame instanceof ImageData) return frame.data;
+export function readFrame(frame) {
+  const began = performance.now();
+  const { width, height } = frame;
+  const rgba = frame instanceof ImageData ? frame.data : drawn(frame).getImageData(0, 0, width, height).data;
+  return { rgba, width, height, readMs: performance.now() - began };
+}
+
+/** @param {ImageBitmap} frame */
+function drawn(frame) {
   const { width, height } = frame;
   if (canvas?.width !== width || canvas.height !== height) canvas = new OffscreenCanvas(width, height);
   const context = canvas.getContext("2d", { willReadFrequently: true });
   if (!context) throw new DeepSftError("internal", "This browser offers no canvas to read a frame with.");
   context.drawImage(frame, 0, 0);
-  return context.getImageData(0, 0, width, height).data;
+  return context;
 }

@@ -8,16 +8,6 @@ import { placeOn } from "./place.js";
 /** @import { MeshTopology } from "../engine/engine-worker.js" */
 
 /**
- * The arrays of a surface, whose buffers cross without a copy.
- *
- * @param {RawSurface} surface
- * @returns {Float32Array[]}
- */
-export function surfaceArrays(surface) {
-  return Object.values(surface);
-}
-
-/**
  * Where a mesh comes from: fitted to one image (`fit`), completed from the finder's maps (`completion`), or followed through a
  * video (`tracking`).
  *

@@ -5,7 +5,7 @@ import { fetchBytes, filesByName } from "../engine/bundle.js";
 import { vertexNormals } from "../results/surface-mesh.js";
 import { unzipped } from "./zip.js";
 
-/** @import { MeshTopology } from "../engine/engine-worker.js" */
+/** @import { readScan } from "../../pkg/deepsft_web.js" */
 
 /**
  * The files of a scan: the address of a `.glb` or `.zip`, one file, several as a file input gives them, or the files by name. A `.glb` is
@@ -14,26 +14,10 @@ import { unzipped } from "./zip.js";
  * @typedef {string | URL | File | Iterable<File> | Map<string, Uint8Array>} ScanInput
  */
 
-/** @typedef {{ width: number, height: number, rgba: Uint8ClampedArray<ArrayBuffer> }} RawPicture */
-
-/**
- * A scan as it crosses from the worker.
- *
- * @typedef {object} RawScan
- * @property {string} name
- * @property {number} mmPerUnit
- * @property {Float32Array} vertices
- * @property {MeshTopology} mesh
- * @property {RawPicture} texture
- * @property {{ sizeMm: [number, number], backMm: number | null, picture: RawPicture } | null} sheet
- * @property {string | null} refusal
- * @property {string[]} notes
- */
-
 /** A scan. `DeepSft` reads it. */
 export class Scan {
   /**
-   * @param {RawScan} raw
+   * @param {Awaited<ReturnType<typeof readScan>>} raw
    * @param {Map<string, Uint8Array>} files
    */
   constructor({ name, mmPerUnit, vertices, mesh, texture, sheet, refusal, notes }, files) {
@@ -75,7 +59,7 @@ export class Scan {
   }
 }
 
-/** @param {RawPicture} raw */
+/** @param {{ width: number, height: number, rgba: Uint8ClampedArray<ArrayBuffer> }} raw */
 function pictureOf({ width, height, rgba }) {
   return new ImageData(rgba, width, height);
 }

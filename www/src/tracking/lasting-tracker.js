@@ -3,13 +3,8 @@
 import { CANONICAL_FOCAL } from "../camera/canonical.js";
 
 /** @import { TargetRequest } from "../engine/engine-worker.js" */
-/** @import { AnswerEffect, AnswerRequest, FollowRequest, NextFrame, RawTracked, RawTrackedTarget, TrackerStartRequest, TrackerWorker } from "./tracker-worker.js" */
-
-/**
- * The meshes in one frame, and which targets are found, or no longer, since they were last told.
- *
- * @typedef {Omit<RawTracked, "targets"> & { targets: (RawTrackedTarget & { changed: boolean })[] }} ToldFrame
- */
+/** @import { FollowRequest } from "./tracker-host.js" */
+/** @import { TrackerStartRequest, TrackerWorker } from "./tracker-worker.js" */
 
 /** So many workers in a row may die without having heard an answer of the finders and followed a frame after it. */
 const MAX_DEATHS = 2;
@@ -35,36 +30,28 @@ export class LastingTracker {
     this.#worker = create();
   }
 
-  /**
-   * @param {TrackerStartRequest} request
-   * @returns {Promise<void>}
-   */
+  /** @param {TrackerStartRequest} request */
   start(request) {
     this.#request = { ...request, targets: [...request.targets] };
     return this.#worker.start(request);
   }
 
-  /**
-   * @param {TargetRequest} target
-   * @returns {Promise<void>}
-   */
+  /** @param {TargetRequest} target */
   async track(target) {
     this.#request?.targets.push(target);
     await this.#run((worker) => worker.track(target));
   }
 
-  /**
-   * @param {{ id: number }} request
-   * @returns {Promise<void>}
-   */
+  /** @param {{ id: number }} request */
   untrack({ id }) {
     if (this.#request) this.#request.targets = this.#request.targets.filter((target) => target.id !== id);
     return this.#worker.untrack({ id });
   }
 
   /**
+   * The meshes in a frame, and which targets are found, or no longer, since they were last told.
+   *
    * @param {FollowRequest} request
-   * @returns {Promise<ToldFrame>}
    */
   async follow(request) {
     if (request.question) this.#asked.push(this.#worker);
@@ -78,10 +65,7 @@ export class LastingTracker {
     return { ...tracked, targets };
   }
 
-  /**
-   * @param {AnswerRequest} request
-   * @returns {Promise<{ effects: AnswerEffect[], next: NextFrame | null, answerMs: number }>}
-   */
+  /** @param {Parameters<TrackerWorker["answer"]>[0]} request */
   async answer(request) {
     const worker = this.#worker;
     const heard = this.#asked.shift() === worker ? await this.#run((worker) => worker.answer(request)) : null;
@@ -89,10 +73,7 @@ export class LastingTracker {
     return heard ?? { effects: [], next: null, answerMs: 0 };
   }
 
-  /**
-   * @param {{ id: number }} request
-   * @returns {Promise<{ width: number, focal: number, depth: Float32Array, registration: Float32Array }>}
-   */
+  /** @param {{ id: number }} request */
   maps(request) {
     return this.#worker.maps(request);
   }
@@ -135,7 +116,7 @@ export class LastingTracker {
    * What is told of a frame with which the worker died.
    *
    * @param {FollowRequest} request
-   * @returns {RawTracked}
+   * @returns {Awaited<ReturnType<TrackerWorker["follow"]>>}
    */
   #lost({ focal = CANONICAL_FOCAL }) {
     const nothing = { surface: null, correlation: 0, iterations: 0 };

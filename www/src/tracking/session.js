@@ -19,8 +19,9 @@ import { VideoFrames } from "../frames/video-frames.js";
 /** @import { OwnFrame } from "../frames/own-frames.js" */
 /** @import { StallReason } from "../frames/video-frames.js" */
 /** @import { Target } from "../targets/target.js" */
-/** @import { LastingTracker, ToldFrame } from "./lasting-tracker.js" */
-/** @import { FinderQuestion, NextFrame, Smoothing } from "./tracker-worker.js" */
+/** @import { LastingTracker } from "./lasting-tracker.js" */
+/** @import { NextFrame } from "./tracker-host.js" */
+/** @import { Smoothing } from "./tracker-worker.js" */
 
 /**
  * Where frames come from: a video, a camera, or frames of one's own.
@@ -304,7 +305,7 @@ export class Session extends EventTarget {
    * What the tracker says of a frame.
    *
    * @param {Following} following its frame is closed where nobody wants to know any more
-   * @returns {Promise<ToldFrame | null>} null once closed
+   * @returns null once closed
    */
   async #followedBy({ answer, number, frame }) {
     const raw = await answer.catch((error) => {
@@ -428,7 +429,7 @@ export class Session extends EventTarget {
   /**
    * The question for the finders, which is asked once; null when there is none.
    *
-   * @returns {FinderQuestion | null}
+   * @returns {NextFrame["question"]}
    */
   #takeQuestion() {
     const { question } = this.#next;
@@ -481,7 +482,7 @@ export class Session extends EventTarget {
  * @property {{ width: number, height: number }} size with which the frame came, pixels
  * @property {number} began when the tracker was free for it, milliseconds
  * @property {number} grabMs
- * @property {Promise<ToldFrame>} answer
+ * @property {ReturnType<LastingTracker["follow"]>} answer
  * @property {() => void} ask has the finders asked about it, once the frame before it is closed
  */
 

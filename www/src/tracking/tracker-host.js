@@ -1,15 +1,14 @@
-// The tracker in its worker: an instance of the module of its own, with the targets and without finders.
+// The tracker in its worker: an instance of the module of its own, with the targets and without finders. What its functions return is handed over, not copied.
 
 import initialise, { MeshTracker } from "../../pkg/deepsft_web.js";
 import { CANONICAL_FOCAL } from "../camera/canonical.js";
 import { DeepSftError } from "../error.js";
-import { framePixels } from "../frames/frame-pixels.js";
+import { readFrame } from "../frames/frame-pixels.js";
 import { closeFrame } from "../frames/image-input.js";
-import { surfaceArrays } from "../results/surface-mesh.js";
 import { addSource } from "../targets/add-source.js";
 
-/** @import { TargetRequest } from "../engine/engine-worker.js" */
-/** @import { AnswerEffect, AnswerRequest, FollowRequest, NextFrame, RawTracked, TrackerStartRequest } from "./tracker-worker.js" */
+/** @import { RawAnswer, TargetRequest } from "../engine/engine-worker.js" */
+/** @import { TrackerStartRequest } from "./tracker-worker.js" */
 
 /** What waits for the tracker to start waits in turn. @type {Promise<MeshTracker> | undefined} */
 let tracker;
@@ -19,14 +18,10 @@ async function started() {
   return tracker;
 }
 
-/**
- * @param {TrackerStartRequest} request
- * @returns {Promise<{ value: void, transfer: Transferable[] }>}
- */
+/** @param {TrackerStartRequest} request */
 export async function startTracker(request) {
   tracker = start(request);
   await tracker;
-  return { value: undefined, transfer: [] };
 }
 
 /** @param {TrackerStartRequest} request */
@@ -40,24 +35,38 @@ async function start({ module, targets, smooth }) {
 /** @param {TargetRequest} target */
 export async function trackTarget({ id, source }) {
   await addSource(await started(), id, source);
-  return { value: undefined, transfer: [] };
 }
 
 /** @param {{ id: number }} request */
 export async function untrackTarget({ id }) {
   (await started()).removeTarget(id);
-  return { value: undefined, transfer: [] };
 }
 
 /**
- * @param {FollowRequest} request
- * @returns {Promise<{ value: RawTracked, transfer: Transferable[] }>}
+ * A frame of the video.
+ *
+ * @typedef {object} FollowRequest
+ * @property {number} timeS ascending
+ * @property {boolean} [afresh] whether another camera or another file begins with it
+ * @property {ImageBitmap | ImageData} frame or its canonical image
+ * @property {number[]} intrinsics of that
+ * @property {number[]} [source] width, height and intrinsics of the camera that took it; those of `frame` when absent
+ * @property {number} [focalDeviation] standard deviation of the camera's focal length as a fraction: infinite for a guess, 0 (the
+ *   default) where nobody wants it better
+ * @property {number} [focal] of the canonical image that it is followed in, pixels; the training camera's when absent
+ * @property {NextFrame["question"]} [question] that the finders are asked about it
  */
+
+/**
+ * What the next frame is for, if the camera stays the same: focal length of its canonical image, pixels; least time after the frame
+ * before, milliseconds; what the finders should be asked about it, and whether the canonical image is enough for that.
+ *
+ * @typedef {Awaited<ReturnType<MeshTracker["follow"]>>["next"]} NextFrame
+ */
+
+/** @param {FollowRequest} request */
 export async function follow({ timeS, afresh = false, frame, intrinsics, source, focalDeviation = 0, focal = CANONICAL_FOCAL, question }) {
-  const began = performance.now();
-  const rgba = framePixels(frame);
-  const readMs = performance.now() - began;
-  const { width, height } = frame;
+  const { rgba, width, height, readMs } = readFrame(frame);
   closeFrame(frame);
   const [camera, taken] = [intrinsics, source ?? [width, height, ...intrinsics]].map((numbers) => new Float64Array(numbers));
   const asked = question ? new Uint32Array(question.ids) : undefined;
@@ -66,26 +75,22 @@ export async function follow({ timeS, afresh = false, frame, intrinsics, source,
   const { warpMs, trackMs, ...followed } = await tracker.follow(
     timeS, afresh, rgba, width, height, camera, taken, focalDeviation, focal, asked, onlyConfirms,
   );
-  const transfer = followed.targets.flatMap(({ surface }) => (surface ? surfaceArrays(surface) : [])).map(({ buffer }) => buffer);
-  return { value: { ...followed, times: { warpMs, trackMs }, readMs }, transfer };
+  return { ...followed, times: { warpMs, trackMs }, readMs };
 }
 
 /**
- * @param {AnswerRequest} request
- * @returns {Promise<{ value: { effects: AnswerEffect[], next: NextFrame | null, answerMs: number }, transfer: Transferable[] }>}
+ * What the finders say, how long that took, and how long ago a frame was missed.
+ *
+ * @param {{ answers: RawAnswer[], tookMs: number, sinceMissedMs: number }} request
  */
 export async function answer({ answers, tookMs, sinceMissedMs }) {
   const tracker = await started();
   const began = performance.now();
-  const { effects, next } = await tracker.answer(answers, tookMs, sinceMissedMs);
-  return { value: { effects, next, answerMs: performance.now() - began }, transfer: [] };
+  const made = await tracker.answer(answers, tookMs, sinceMissedMs);
+  return { ...made, answerMs: performance.now() - began };
 }
 
-/**
- * @param {{ id: number }} request
- * @returns {Promise<{ value: { width: number, focal: number, depth: Float32Array, registration: Float32Array }, transfer: Transferable[] }>}
- */
+/** @param {{ id: number }} request */
 export async function trackedMaps({ id }) {
-  const { width, focal, depth, registration } = await (await started()).maps(id);
-  return { value: { width, focal, depth, registration }, transfer: [depth.buffer, registration.buffer] };
+  return (await started()).maps(id);
 }

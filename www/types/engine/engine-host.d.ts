@@ -1,77 +1,100 @@
-import type { RawFlatPrint, RawMesh } from "../../pkg/deepsft_web.js";
-import type { AddedTarget, EngineInfo, EstimateRequest, FindRequest, FlattenRequest, MeshRequest, PhotographRequest, RawEstimate, RawFinding, ScanRequest, StartRequest, TargetDescription, TargetRequest } from "./engine-worker.js";
-import type { RawScan } from "../targets/scan.js";
-/**
- * @param {StartRequest} request
- * @returns {Promise<{ value: { info: EngineInfo, model: TargetDescription | null }, transfer: Transferable[] }>}
- */
+import type { CameraSource } from "../camera/intrinsics.js";
+import type { EngineInfo, MeshRequest, RawEstimate, StartRequest, TargetRequest } from "./engine-worker.js";
+export type Looked = {
+    frame: ImageBitmap | ImageData;
+    intrinsics: number[];
+};
+/** @param {StartRequest} request */
 export declare function start({ module, files, device: wanted }: StartRequest): Promise<{
-    value: {
-        info: EngineInfo;
-        model: TargetDescription | null;
-    };
-    transfer: Transferable[];
+    info: EngineInfo;
+    model: import("../../pkg/deepsft_web.js").Desc | null;
 }>;
-/**
- * @param {TargetRequest} request
- * @returns {Promise<{ value: AddedTarget, transfer: Transferable[] }>}
- */
+/** @param {TargetRequest} request */
 export declare function addTarget({ id, source }: TargetRequest): Promise<{
-    value: AddedTarget;
-    transfer: Transferable[];
+    width: number;
+    height: number;
+    rgba: Uint8ClampedArray<ArrayBuffer>;
+    sizeMm: [number, number];
+    mesh: {
+        faces: Uint32Array;
+        textureCoordinates: Float32Array;
+    };
+    grade: {
+        level: "hopeless" | "poor" | "fair" | "good";
+        reasons: string[];
+    } | null;
+    alike: {
+        id: number;
+        share: number;
+    }[];
 }>;
 /** @param {{ id: number }} request */
 export declare function removeTarget({ id }: {
     id: number;
-}): {
-    value: undefined;
-    transfer: never[];
-};
+}): void;
 /**
- * @param {PhotographRequest} request
- * @returns {Promise<{ value: number | undefined, transfer: Transferable[] }>}
+ * The focal length that a photograph's EXIF data tell, pixels.
+ *
+ * @param {{ file: Blob, width: number, height: number }} request with the size of the picture as it is shown
  */
-export declare function exifFocal({ file, width, height }: PhotographRequest): Promise<{
-    value: number | undefined;
-    transfer: Transferable[];
+export declare function exifFocal({ file, width, height }: {
+    file: Blob;
+    width: number;
+    height: number;
+}): Promise<number | undefined>;
+/** @param {{ files: Map<string, Uint8Array>, mmPerUnit: number | undefined }} request */
+export declare function readScan({ files, mmPerUnit }: {
+    files: Map<string, Uint8Array>;
+    mmPerUnit: number | undefined;
+}): Promise<{
+    name: string;
+    mmPerUnit: number;
+    vertices: Float32Array;
+    mesh: {
+        faces: Uint32Array;
+        textureCoordinates: Float32Array;
+    };
+    texture: {
+        width: number;
+        height: number;
+        rgba: Uint8ClampedArray<ArrayBuffer>;
+    };
+    sheet: {
+        sizeMm: [number, number];
+        backMm: number | null;
+        picture: {
+            width: number;
+            height: number;
+            rgba: Uint8ClampedArray<ArrayBuffer>;
+        };
+    } | null;
+    refusal: string | null;
+    notes: string[];
 }>;
-/**
- * @param {ScanRequest} request
- * @returns {Promise<{ value: RawScan, transfer: Transferable[] }>}
- */
-export declare function readScan({ files, mmPerUnit }: ScanRequest): Promise<{
-    value: RawScan;
-    transfer: Transferable[];
+/** @param {Looked & { id: number, source: CameraSource, fit: boolean }} request whose bitmap is handed back */
+export declare function estimate({ id, frame, intrinsics, source, fit }: Looked & {
+    id: number;
+    source: CameraSource;
+    fit: boolean;
+}): Promise<RawEstimate>;
+/** @param {Looked & { ids: number[], estimated: boolean, focal: number }} request with the canonical image's focal length, pixels */
+export declare function find({ ids, estimated, frame, intrinsics, focal }: Looked & {
+    ids: number[];
+    estimated: boolean;
+    focal: number;
+}): Promise<{
+    answers: {
+        id: number;
+        sightings: Float32Array[];
+    }[];
+    estimate: RawEstimate | null;
 }>;
-/**
- * @param {EstimateRequest} request
- * @returns {Promise<{ value: RawEstimate, transfer: Transferable[] }>}
- */
-export declare function estimate(request: EstimateRequest): Promise<{
-    value: RawEstimate;
-    transfer: Transferable[];
-}>;
-/**
- * @param {FindRequest} request
- * @returns {Promise<{ value: RawFinding, transfer: Transferable[] }>}
- */
-export declare function find({ ids, estimated, frame, intrinsics, focal }: FindRequest): Promise<{
-    value: RawFinding;
-    transfer: Transferable[];
-}>;
-/**
- * @param {FlattenRequest} request
- * @returns {Promise<{ value: RawFlatPrint | null, transfer: Transferable[] }>}
- */
-export declare function flatten({ id, frame, intrinsics, source, columns, unshaded }: FlattenRequest): Promise<{
-    value: RawFlatPrint | null;
-    transfer: Transferable[];
-}>;
-/**
- * @param {MeshRequest} request
- * @returns {Promise<{ value: RawMesh | null, transfer: Transferable[] }>}
- */
-export declare function mesh({ id, width, focal, depth, registration, canonical }: MeshRequest): Promise<{
-    value: RawMesh | null;
-    transfer: Transferable[];
-}>;
+/** @param {Looked & { id: number, source: CameraSource, columns: number, unshaded: boolean }} request */
+export declare function flatten({ id, frame, intrinsics, source, columns, unshaded }: Looked & {
+    id: number;
+    source: CameraSource;
+    columns: number;
+    unshaded: boolean;
+}): Promise<import("../../pkg/deepsft_web.js").RawFlatPrint | null>;
+/** @param {MeshRequest} request */
+export declare function mesh({ id, width, focal, depth, registration, canonical }: MeshRequest): Promise<import("../../pkg/deepsft_web.js").RawMesh | null>;

@@ -1,9 +1,7 @@
 import { WorkerCalls } from "./worker-calls.js";
-import type { CameraSource } from "../camera/intrinsics.js";
-import type { RawEstimate as EngineEstimate, RawFlatPrint, RawMesh } from "../../pkg/deepsft_web.js";
+import type { Engine, RawEstimate as EngineEstimate } from "../../pkg/deepsft_web.js";
 import type { LoadProgress } from "./bundle.js";
 import type { DeepSftErrorCode } from "../error.js";
-import type { RawScan } from "../targets/scan.js";
 import type { TargetSource } from "../targets/target-source.js";
 export type EngineInfo = {
     device: "webgpu" | "cpu";
@@ -35,8 +33,6 @@ export type EngineInfo = {
         message: string;
     } | null;
 };
-export type EngineTimes = EngineEstimate["times"];
-export type FinderName = NonNullable<EngineEstimate["by"]>;
 export type RawEstimate = EngineEstimate & {
     readMs: number;
     bitmap: ImageBitmap | null;
@@ -50,20 +46,7 @@ export type PictureGrade = {
     level: "hopeless" | "poor" | "fair" | "good";
     reasons: string[];
 };
-export type TargetDescription = {
-    width: number;
-    height: number;
-    rgba: Uint8ClampedArray<ArrayBuffer>;
-    sizeMm: [number, number];
-    mesh: MeshTopology;
-    grade: PictureGrade | null;
-};
-export type AddedTarget = TargetDescription & {
-    alike: {
-        id: number;
-        share: number;
-    }[];
-};
+export type TargetDescription = NonNullable<ReturnType<Engine["describeTarget"]>>;
 export type StartRequest = {
     module: WebAssembly.Module;
     files: Map<string, Uint8Array> | null;
@@ -73,44 +56,9 @@ export type TargetRequest = {
     id: number;
     source: TargetSource;
 };
-export type PhotographRequest = {
-    file: Blob;
-    width: number;
-    height: number;
-};
-export type ScanRequest = {
-    files: Map<string, Uint8Array>;
-    mmPerUnit: number | undefined;
-};
-export type EstimateRequest = {
-    id: number;
-    frame: ImageBitmap | ImageData;
-    intrinsics: number[];
-    source: CameraSource;
-    fit: boolean;
-};
-export type FlattenRequest = {
-    id: number;
-    frame: ImageBitmap | ImageData;
-    intrinsics: number[];
-    source: CameraSource;
-    columns: number;
-    unshaded: boolean;
-};
-export type FindRequest = {
-    ids: number[];
-    estimated: boolean;
-    frame: ImageBitmap | ImageData;
-    intrinsics: number[];
-    focal: number;
-};
 export type RawAnswer = {
     id: number;
     sightings: Float32Array[];
-};
-export type RawFinding = {
-    answers: RawAnswer[];
-    estimate: RawEstimate | null;
 };
 export type MeshRequest = {
     id: number;
@@ -137,58 +85,90 @@ export declare function compileEngine(url: URL, { onProgress, signal }?: {
     onProgress?: (progress: LoadProgress) => void;
     signal?: AbortSignal;
 }): Promise<WebAssembly.Module>;
-/** The worker that finds targets. */
-export declare class EngineWorker extends WorkerCalls {
-    /**
-     * @param {StartRequest} request
-     * @returns {Promise<{ info: EngineInfo, model: TargetDescription | null }>}
-     */
-    start(request: StartRequest): Promise<{
+/** The worker that finds targets. @extends {WorkerCalls<typeof import("./engine-host.js")>} */
+export declare class EngineWorker extends WorkerCalls<typeof import("./engine-host.js")> {
+    start: (request: StartRequest) => Promise<{
         info: EngineInfo;
-        model: TargetDescription | null;
+        model: import("../../pkg/deepsft_web.js").Desc | null;
     }>;
-    /**
-     * @param {TargetRequest} request
-     * @returns {Promise<AddedTarget>}
-     */
-    addTarget(request: TargetRequest): Promise<AddedTarget>;
-    /**
-     * @param {{ id: number }} request
-     * @returns {Promise<void>}
-     */
-    removeTarget(request: {
+    addTarget: (request: TargetRequest) => Promise<{
+        width: number;
+        height: number;
+        rgba: Uint8ClampedArray<ArrayBuffer>;
+        sizeMm: [number, number];
+        mesh: {
+            faces: Uint32Array;
+            textureCoordinates: Float32Array;
+        };
+        grade: {
+            level: "hopeless" | "poor" | "fair" | "good";
+            reasons: string[];
+        } | null;
+        alike: {
+            id: number;
+            share: number;
+        }[];
+    }>;
+    removeTarget: (request: {
         id: number;
-    }): Promise<void>;
-    /**
-     * @param {ScanRequest} request
-     * @returns {Promise<RawScan>}
-     */
-    readScan(request: ScanRequest): Promise<RawScan>;
-    /**
-     * @param {FindRequest} request
-     * @returns {Promise<RawFinding>}
-     */
-    find(request: FindRequest): Promise<RawFinding>;
-    /**
-     * @param {PhotographRequest} request
-     * @returns {Promise<number | undefined>} the focal length that the file's EXIF data tell, pixels
-     */
-    exifFocal(request: PhotographRequest): Promise<number | undefined>;
-    /**
-     * @param {EstimateRequest} request
-     * @returns {Promise<RawEstimate>}
-     */
-    estimate(request: EstimateRequest): Promise<RawEstimate>;
-    /**
-     * @param {FlattenRequest} request
-     * @returns {Promise<RawFlatPrint | null>} null when it is not found
-     */
-    flatten(request: FlattenRequest): Promise<RawFlatPrint | null>;
-    /**
-     * @param {MeshRequest} request
-     * @returns {Promise<RawMesh | null>} null when the maps show too little of the template
-     */
-    mesh(request: MeshRequest): Promise<RawMesh | null>;
+    }) => Promise<void>;
+    readScan: (request: {
+        files: Map<string, Uint8Array>;
+        mmPerUnit: number | undefined;
+    }) => Promise<{
+        name: string;
+        mmPerUnit: number;
+        vertices: Float32Array;
+        mesh: {
+            faces: Uint32Array;
+            textureCoordinates: Float32Array;
+        };
+        texture: {
+            width: number;
+            height: number;
+            rgba: Uint8ClampedArray<ArrayBuffer>;
+        };
+        sheet: {
+            sizeMm: [number, number];
+            backMm: number | null;
+            picture: {
+                width: number;
+                height: number;
+                rgba: Uint8ClampedArray<ArrayBuffer>;
+            };
+        } | null;
+        refusal: string | null;
+        notes: string[];
+    }>;
+    exifFocal: (request: {
+        file: Blob;
+        width: number;
+        height: number;
+    }) => Promise<number | undefined>;
+    find: (request: import("./engine-host.js").Looked & {
+        ids: number[];
+        estimated: boolean;
+        focal: number;
+    }) => Promise<{
+        answers: {
+            id: number;
+            sightings: Float32Array[];
+        }[];
+        estimate: RawEstimate | null;
+    }>;
+    estimate: (request: import("./engine-host.js").Looked & {
+        id: number;
+        source: import("../camera/intrinsics.js").CameraSource;
+        fit: boolean;
+    }) => Promise<EngineEstimate & {
+        readMs: number;
+        bitmap: ImageBitmap | null;
+    }>;
+    flatten: (request: import("./engine-host.js").Looked & {
+        id: number;
+        source: import("../camera/intrinsics.js").CameraSource;
+        columns: number;
+        unshaded: boolean;
+    }) => Promise<import("../../pkg/deepsft_web.js").RawFlatPrint | null>;
+    mesh: (request: MeshRequest) => Promise<import("../../pkg/deepsft_web.js").RawMesh | null>;
 }
-/** @param {ImageBitmap | ImageData} frame */
-export declare function transferable(frame: ImageBitmap | ImageData): ArrayBuffer | ImageBitmap;

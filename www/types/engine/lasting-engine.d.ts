@@ -1,6 +1,6 @@
 import { DeepSftError } from "../error.js";
 import { EngineWorker } from "./engine-worker.js";
-import type { AddedTarget, EngineInfo, StartRequest, TargetDescription } from "./engine-worker.js";
+import type { EngineInfo, StartRequest, TargetDescription } from "./engine-worker.js";
 import type { TargetSource } from "../targets/target-source.js";
 export type StartPlan = {
     request: StartRequest;
@@ -16,7 +16,7 @@ export type StartedEngine = {
 export declare class LastingEngine {
     #private;
     /** The model's target, number 0; null without a model. */
-    model: TargetDescription | null;
+    model: import("../../pkg/deepsft_web.js").Desc | null;
     /**
      * Use {@link LastingEngine.start}.
      *
@@ -36,10 +36,26 @@ export declare class LastingEngine {
     /**
      * @param {number} id
      * @param {TargetSource} source
-     * @returns {Promise<AddedTarget>}
      * @throws {DeepSftError} `target-unusable`, `model-version`, `closed`
      */
-    addTarget(id: number, source: TargetSource): Promise<AddedTarget>;
+    addTarget(id: number, source: TargetSource): Promise<{
+        width: number;
+        height: number;
+        rgba: Uint8ClampedArray<ArrayBuffer>;
+        sizeMm: [number, number];
+        mesh: {
+            faces: Uint32Array;
+            textureCoordinates: Float32Array;
+        };
+        grade: {
+            level: "hopeless" | "poor" | "fair" | "good";
+            reasons: string[];
+        } | null;
+        alike: {
+            id: number;
+            share: number;
+        }[];
+    }>;
     /** @param {number} id */
     removeTarget(id: number): void;
     /** Stops the worker; what is under way rejects with `closed`. */

@@ -7,8 +7,12 @@ export type TrustedTypes = {
         createScriptURL: (url: string) => string;
     };
 };
-/** A worker with `worker.js` in it, as calls that return promises. */
-export declare class WorkerCalls {
+/**
+ * A worker with `worker.js` in it, as calls that return promises.
+ *
+ * @template {Record<string, (request: any) => unknown>} Host what it can be asked to do
+ */
+export declare class WorkerCalls<Host extends Record<string, (request: any) => unknown>> {
     #private;
     /**
      * @param {URL | undefined} url address of worker.js where the bundler does not find it
@@ -25,10 +29,19 @@ export declare class WorkerCalls {
      */
     terminate(reason: unknown): void;
     /**
-     * @param {string} method of those that worker.js lists
-     * @param {unknown} request
-     * @param {Transferable[]} [transfer]
+     * What asks the worker to do one of its things. A bitmap or pixels that are asked about go over to it.
+     *
+     * @template {keyof Host & string} Method
+     * @param {Method} method
+     * @returns {(request: Parameters<Host[Method]>[0]) => Promise<Awaited<ReturnType<Host[Method]>>>}
+     */
+    calls<Method extends keyof Host & string>(method: Method): (request: Parameters<Host[Method]>[0]) => Promise<Awaited<ReturnType<Host[Method]>>>;
+    /**
+     * @param {string} method
+     * @param {{ frame?: ImageBitmap | ImageData }} request
      * @returns {Promise<any>}
      */
-    call(method: string, request: unknown, transfer?: Transferable[]): Promise<any>;
+    call(method: string, request: {
+        frame?: ImageBitmap | ImageData;
+    }): Promise<any>;
 }

@@ -1,8 +1,12 @@
 /**
- * The pixels of a frame, sRGB, not premultiplied.
+ * The pixels of a frame, sRGB, not premultiplied, and how long it took to read them, milliseconds.
  *
  * @param {ImageBitmap | ImageData} frame
- * @returns {Uint8ClampedArray}
  * @throws {DeepSftError} `internal`
  */
-export declare function framePixels(frame: ImageBitmap | ImageData): Uint8ClampedArray;
+export declare function readFrame(frame: ImageBitmap | ImageData): {
+    rgba: ImageDataArray;
+    width: number;
+    height: number;
+    readMs: number;
+};

@@ -1,17 +1,10 @@
 import type { RawSurface } from "../../pkg/deepsft_web.js";
 import type { Camera } from "../camera/intrinsics.js";
 import type { MeshTopology } from "../engine/engine-worker.js";
+export type MeshMethod = "fit" | "completion" | "tracking";
 /** @import { RawSurface } from "../../pkg/deepsft_web.js" */
 /** @import { Camera } from "../camera/intrinsics.js" */
 /** @import { MeshTopology } from "../engine/engine-worker.js" */
-/**
- * The arrays of a surface, whose buffers cross without a copy.
- *
- * @param {RawSurface} surface
- * @returns {Float32Array[]}
- */
-export declare function surfaceArrays(surface: RawSurface): Float32Array[];
-export type MeshMethod = "fit" | "completion" | "tracking";
 /**
  * Where a mesh comes from: fitted to one image (`fit`), completed from the finder's maps (`completion`), or followed through a
  * video (`tracking`).

@@ -1,44 +1,11 @@
-import type { MeshTopology } from "../engine/engine-worker.js";
+import type { readScan } from "../../pkg/deepsft_web.js";
 export type ScanInput = string | URL | File | Iterable<File> | Map<string, Uint8Array>;
-export type RawPicture = {
-    width: number;
-    height: number;
-    rgba: Uint8ClampedArray<ArrayBuffer>;
-};
-export type RawScan = {
-    name: string;
-    mmPerUnit: number;
-    vertices: Float32Array;
-    mesh: MeshTopology;
-    texture: RawPicture;
-    sheet: {
-        sizeMm: [number, number];
-        backMm: number | null;
-        picture: RawPicture;
-    } | null;
-    refusal: string | null;
-    notes: string[];
-};
-/** @import { MeshTopology } from "../engine/engine-worker.js" */
+/** @import { readScan } from "../../pkg/deepsft_web.js" */
 /**
  * The files of a scan: the address of a `.glb` or `.zip`, one file, several as a file input gives them, or the files by name. A `.glb` is
  * one file, a `.zip` holds all. A `.obj` comes with its `.mtl` and pictures, or with one picture; a `.gltf` and a `.ply` with what they name.
  *
  * @typedef {string | URL | File | Iterable<File> | Map<string, Uint8Array>} ScanInput
- */
-/** @typedef {{ width: number, height: number, rgba: Uint8ClampedArray<ArrayBuffer> }} RawPicture */
-/**
- * A scan as it crosses from the worker.
- *
- * @typedef {object} RawScan
- * @property {string} name
- * @property {number} mmPerUnit
- * @property {Float32Array} vertices
- * @property {MeshTopology} mesh
- * @property {RawPicture} texture
- * @property {{ sizeMm: [number, number], backMm: number | null, picture: RawPicture } | null} sheet
- * @property {string | null} refusal
- * @property {string[]} notes
  */
 /** A scan. `DeepSft` reads it. */
 export declare class Scan {
@@ -53,7 +20,10 @@ export declare class Scan {
     /** Unit normals (x, y, z) of the vertices. */
     normals: Float32Array<ArrayBufferLike>;
     /** Faces and texture coordinates. */
-    mesh: MeshTopology;
+    mesh: {
+        faces: Uint32Array;
+        textureCoordinates: Float32Array;
+    };
     /** Its texture. */
     texture: ImageData;
     /**
@@ -73,10 +43,10 @@ export declare class Scan {
     /** What was put right, left out or made anew, for people. */
     notes: string[];
     /**
-     * @param {RawScan} raw
+     * @param {Awaited<ReturnType<typeof readScan>>} raw
      * @param {Map<string, Uint8Array>} files
      */
-    constructor({ name, mmPerUnit, vertices, mesh, texture, sheet, refusal, notes }: RawScan, files: Map<string, Uint8Array>);
+    constructor({ name, mmPerUnit, vertices, mesh, texture, sheet, refusal, notes }: Awaited<ReturnType<typeof readScan>>, files: Map<string, Uint8Array>);
     /** Sides of the box around it, mm: width, height and depth. @returns {[number, number, number]} */
     get sizeMm(): [number, number, number];
 }

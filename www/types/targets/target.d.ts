@@ -44,7 +44,10 @@ export declare class Target {
         share: number;
     }[];
     /** How well features will find it, said before it is printed; null of a model's target, which has a network. */
-    grade: import("../engine/engine-worker.js").PictureGrade | null;
+    grade: {
+        level: "hopeless" | "poor" | "fair" | "good";
+        reasons: string[];
+    } | null;
     /**
      * @param {number} id
      * @param {string} name

@@ -6,7 +6,7 @@ import type { CameraOption, SourcedCamera } from "../camera/intrinsics.js";
 import type { OwnFrame } from "../frames/own-frames.js";
 import type { StallReason } from "../frames/video-frames.js";
 import type { Target } from "../targets/target.js";
-import type { LastingTracker, ToldFrame } from "./lasting-tracker.js";
+import type { LastingTracker } from "./lasting-tracker.js";
 import type { Smoothing } from "./tracker-worker.js";
 export type FrameSource = HTMLVideoElement | CameraStream | AsyncIterable<OwnFrame>;
 export type FoundFocal = {
@@ -182,7 +182,7 @@ export type Following = {
      */
     began: number;
     grabMs: number;
-    answer: Promise<ToldFrame>;
+    answer: ReturnType<LastingTracker["follow"]>;
     /**
      * has the finders asked about it, once the frame before it is closed
      */

@@ -1,57 +1,130 @@
-import type { TargetRequest } from "../engine/engine-worker.js";
-import type { AnswerEffect, AnswerRequest, FollowRequest, NextFrame, RawTracked, TrackerStartRequest } from "./tracker-worker.js";
-/**
- * @param {TrackerStartRequest} request
- * @returns {Promise<{ value: void, transfer: Transferable[] }>}
- */
-export declare function startTracker(request: TrackerStartRequest): Promise<{
-    value: void;
-    transfer: Transferable[];
-}>;
+import { MeshTracker } from "../../pkg/deepsft_web.js";
+import type { RawAnswer, TargetRequest } from "../engine/engine-worker.js";
+import type { TrackerStartRequest } from "./tracker-worker.js";
+/** @param {TrackerStartRequest} request */
+export declare function startTracker(request: TrackerStartRequest): Promise<void>;
 /** @param {TargetRequest} target */
-export declare function trackTarget({ id, source }: TargetRequest): Promise<{
-    value: undefined;
-    transfer: never[];
-}>;
+export declare function trackTarget({ id, source }: TargetRequest): Promise<void>;
 /** @param {{ id: number }} request */
 export declare function untrackTarget({ id }: {
     id: number;
-}): Promise<{
-    value: undefined;
-    transfer: never[];
-}>;
+}): Promise<void>;
+export type FollowRequest = {
+    /**
+     * ascending
+     */
+    timeS: number;
+    /**
+     * whether another camera or another file begins with it
+     */
+    afresh?: boolean;
+    /**
+     * or its canonical image
+     */
+    frame: ImageBitmap | ImageData;
+    /**
+     * of that
+     */
+    intrinsics: number[];
+    /**
+     * width, height and intrinsics of the camera that took it; those of `frame` when absent
+     */
+    source?: number[];
+    /**
+     * standard deviation of the camera's focal length as a fraction: infinite for a guess, 0 (the
+     * default) where nobody wants it better
+     */
+    focalDeviation?: number;
+    /**
+     * of the canonical image that it is followed in, pixels; the training camera's when absent
+     */
+    focal?: number;
+    /**
+     * that the finders are asked about it
+     */
+    question?: NextFrame["question"];
+};
+export type NextFrame = Awaited<ReturnType<MeshTracker["follow"]>>["next"];
 /**
- * @param {FollowRequest} request
- * @returns {Promise<{ value: RawTracked, transfer: Transferable[] }>}
+ * A frame of the video.
+ *
+ * @typedef {object} FollowRequest
+ * @property {number} timeS ascending
+ * @property {boolean} [afresh] whether another camera or another file begins with it
+ * @property {ImageBitmap | ImageData} frame or its canonical image
+ * @property {number[]} intrinsics of that
+ * @property {number[]} [source] width, height and intrinsics of the camera that took it; those of `frame` when absent
+ * @property {number} [focalDeviation] standard deviation of the camera's focal length as a fraction: infinite for a guess, 0 (the
+ *   default) where nobody wants it better
+ * @property {number} [focal] of the canonical image that it is followed in, pixels; the training camera's when absent
+ * @property {NextFrame["question"]} [question] that the finders are asked about it
  */
+/**
+ * What the next frame is for, if the camera stays the same: focal length of its canonical image, pixels; least time after the frame
+ * before, milliseconds; what the finders should be asked about it, and whether the canonical image is enough for that.
+ *
+ * @typedef {Awaited<ReturnType<MeshTracker["follow"]>>["next"]} NextFrame
+ */
+/** @param {FollowRequest} request */
 export declare function follow({ timeS, afresh, frame, intrinsics, source, focalDeviation, focal, question }: FollowRequest): Promise<{
-    value: RawTracked;
-    transfer: Transferable[];
-}>;
-/**
- * @param {AnswerRequest} request
- * @returns {Promise<{ value: { effects: AnswerEffect[], next: NextFrame | null, answerMs: number }, transfer: Transferable[] }>}
- */
-export declare function answer({ answers, tookMs, sinceMissedMs }: AnswerRequest): Promise<{
-    value: {
-        effects: AnswerEffect[];
-        next: NextFrame | null;
-        answerMs: number;
+    targets: {
+        id: number;
+        copy: number;
+        found: boolean;
+        held: boolean;
+        surface: import("../../pkg/deepsft_web.js").RawSurface | null;
+        correlation: number;
+        iterations: number;
+    }[];
+    afresh: boolean;
+    focal: {
+        ratio: number;
+        deviation: number;
+    } | null;
+    next: {
+        focal: number;
+        intervalMs: number;
+        question: {
+            ids: number[];
+            onlyConfirms: boolean;
+        } | null;
     };
-    transfer: Transferable[];
+    times: {
+        warpMs: number;
+        trackMs: number;
+    };
+    readMs: number;
 }>;
 /**
- * @param {{ id: number }} request
- * @returns {Promise<{ value: { width: number, focal: number, depth: Float32Array, registration: Float32Array }, transfer: Transferable[] }>}
+ * What the finders say, how long that took, and how long ago a frame was missed.
+ *
+ * @param {{ answers: RawAnswer[], tookMs: number, sinceMissedMs: number }} request
  */
+export declare function answer({ answers, tookMs, sinceMissedMs }: {
+    answers: RawAnswer[];
+    tookMs: number;
+    sinceMissedMs: number;
+}): Promise<{
+    effects: {
+        id: number;
+        effect: "started" | "confirmed" | "restarted" | "dropped" | "ignored";
+    }[];
+    next: {
+        focal: number;
+        intervalMs: number;
+        question: {
+            ids: number[];
+            onlyConfirms: boolean;
+        } | null;
+    } | null;
+    answerMs: number;
+}>;
+/** @param {{ id: number }} request */
 export declare function trackedMaps({ id }: {
     id: number;
 }): Promise<{
-    value: {
-        width: number;
-        focal: number;
-        depth: Float32Array;
-        registration: Float32Array;
-    };
-    transfer: Transferable[];
+    width: number;
+    focal: number;
+    depth: Float32Array;
+    registration: Float32Array;
 }>;
