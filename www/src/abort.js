@@ -10,11 +10,10 @@
  * @returns {Promise<T>}
  */
 export async function unlessAborted(work, signal, letGo) {
-  let abort = () => {};
+  const waiting = new AbortController();
   const aborted = new Promise((_, reject) => {
-    abort = () => reject(signal?.reason);
-    if (signal?.aborted) abort();
-    signal?.addEventListener("abort", abort, { once: true });
+    if (signal?.aborted) reject(signal.reason);
+    signal?.addEventListener("abort", () => reject(signal.reason), { signal: waiting.signal });
   });
   try {
     return await Promise.race([work, aborted]);
@@ -22,6 +21,6 @@ export async function unlessAborted(work, signal, letGo) {
     work.then(letGo, () => undefined);
     throw error;
   } finally {
-    signal?.removeEventListener("abort", abort);
+    waiting.abort();
   }
 }

@@ -127,20 +127,12 @@ export class DeepSft {
     const dist = baseUrl === undefined ? null : folderOf(baseUrl);
     // Where one download fails the others end with it.
     const downloads = new AbortController();
-    const abort = () => downloads.abort(signal?.reason);
-    signal?.addEventListener("abort", abort, { once: true });
-    let module, files;
-    try {
-      [module, files] = await Promise.all([
-        compileEngine(dist ? new URL(WASM_NAME, dist) : WASM_URL, { onProgress, signal: downloads.signal }),
-        isAddress(model) ? fetchBundle(folderOf(model), { onProgress, signal: downloads.signal, keep, headers }) : model ? bundleFiles(model) : null,
-      ]);
-    } catch (error) {
-      downloads.abort(error);
-      throw error;
-    } finally {
-      signal?.removeEventListener("abort", abort);
-    }
+    const fetching = { onProgress, signal: downloads.signal };
+    signal?.addEventListener("abort", () => downloads.abort(signal.reason), { signal: downloads.signal });
+    const [module, files] = await Promise.all([
+      compileEngine(dist ? new URL(WASM_NAME, dist) : WASM_URL, fetching),
+      isAddress(model) ? fetchBundle(folderOf(model), { ...fetching, keep, headers }) : model ? bundleFiles(model) : null,
+    ]).finally(() => downloads.abort());
     onProgress?.({ phase: "start", loadedBytes: 0, totalBytes: null });
     const plan = {
       request: { module, files, device },

@@ -28,13 +28,10 @@
  * | `closed` | the estimator was used after `close()` |
  * | `internal` | a defect of this package |
  *
- * @typedef {"camera-denied" | "camera-blocked" | "camera-not-found" | "camera-busy" | "camera-constraints" | "camera-lost"
- *   | "camera-intrinsics" | "camera-unsupported" | "play-refused" | "insecure-context" | "image-unreadable" | "image-cross-origin" | "browser-unsupported" | "engine-load"
- *   | "model-load" | "model-corrupt" | "model-version" | "webgpu-unavailable" | "gpu-lost" | "invalid-argument" | "target-unusable" | "target-unknown" | "closed" | "internal"} DeepSftErrorCode
+ * @typedef {typeof CODES[number]} DeepSftErrorCode
  */
 
-/** @type {ReadonlySet<string>} */
-const CODES = new Set([
+const CODES = /** @type {const} */ ([
   "camera-denied",
   "camera-blocked",
   "camera-not-found",
@@ -87,9 +84,8 @@ export class DeepSftError extends Error {
 export function asDeepSftError(error, fallback = "internal") {
   if (error instanceof DeepSftError) return error;
   const { code, message } = /** @type {{ code?: unknown, message?: unknown }} */ (Object(error));
-  const known = typeof code === "string" && CODES.has(code);
   const text = typeof message === "string" && message !== "" ? message : String(error);
-  return new DeepSftError(known ? /** @type {DeepSftErrorCode} */ (code) : fallback, text, { cause: error });
+  return new DeepSftError(CODES.find((known) => known === code) ?? fallback, text, { cause: error });
 }
 
 /**

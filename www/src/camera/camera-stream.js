@@ -233,10 +233,14 @@ export class CameraStream extends EventTarget {
     this.dispatchEvent(new Event("switched"));
   }
 
+  /** Why nothing of it plays any more. */
+  get #ended() {
+    return this.error ?? new DeepSftError("closed", "The camera was closed.");
+  }
+
   /** @throws {DeepSftError} once closed or lost */
   #requireRunning() {
-    if (this.error) throw this.error;
-    if (this.#listening.signal.aborted) throw new DeepSftError("closed", "The camera was closed.");
+    if (this.#listening.signal.aborted) throw this.#ended;
   }
 
   /** Ends the stream that plays, which is not told as its loss. */
@@ -278,13 +282,13 @@ export class CameraStream extends EventTarget {
     const clocks = [];
     const shown = new Promise((resolve, reject) => {
       track.addEventListener("ended", () => reject(this.#end()), { signal });
-      signal.addEventListener("abort", () => reject(this.error ?? new DeepSftError("closed", "The camera was closed.")));
+      signal.addEventListener("abort", () => reject(this.#ended));
       video.addEventListener("loadeddata", resolve, { once: true, signal });
       const muted = () => track.muted && (this.#interrupt(), resolve(undefined));
       const nothing = new DeepSftError("camera-busy", "The camera was opened, but gives no picture.");
       clocks.push(setTimeout(muted, FROZEN_MS), setTimeout(() => muted() || reject(nothing), FIRST_MS));
       const refused = (/** @type {unknown} */ error) => {
-        const name = error instanceof Error || error instanceof DOMException ? error.name : "";
+        const { name } = Object(error);
         if (video.srcObject !== stream) reject(new DeepSftError("closed", "Something else was given to the video to play.", { cause: error }));
         else if (name === "NotAllowedError") reject(new DeepSftError("play-refused", "The browser does not let the video play before the person has tapped something.", { cause: error }));
         // It plays by itself all the same, when it was only moved or paused for a moment.
@@ -348,7 +352,7 @@ export class CameraStream extends EventTarget {
       try {
         return await this.#playNew(await open());
       } catch (error) {
-        if (waitMs === null || !isBusy(error) || document.visibilityState === "hidden") throw error;
+        if (waitMs === null || asDeepSftError(error).code !== "camera-busy" || document.visibilityState === "hidden") throw error;
         stopStream(this.#stream);
         await new Promise((resolve) => setTimeout(resolve, waitMs));
         this.#requireRunning();
@@ -382,11 +386,6 @@ export class CameraStream extends EventTarget {
   #calibrationKey(width, height) {
     return [this.label || this.deviceId, this.facing, Math.max(width, height), Math.min(width, height)].join("|");
   }
-}
-
-/** @param {unknown} error */
-function isBusy(error) {
-  return error instanceof DeepSftError && error.code === "camera-busy";
 }
 
 /**

@@ -1,6 +1,7 @@
 // Cameras: what an image's pixels mean. The same model as the Rust side's `Camera`.
 
 import { DeepSftError } from "../error.js";
+import { isPinhole } from "./lens.js";
 
 /**
  * A camera. Pixels are measured from the image's corner: the first pixel's centre is (0.5, 0.5).
@@ -93,45 +94,25 @@ export function centredCamera(width, height, focal, source) {
  * @throws {DeepSftError} `camera-intrinsics` when a number is impossible or the image has another shape
  */
 export function cameraForImage(camera, width, height) {
-  for (const name of /** @type {const} */ (["width", "height", "fx", "fy"])) {
-    if (!(Number.isFinite(camera[name]) && camera[name] > 0)) {
-      throw new DeepSftError(
-        "camera-intrinsics",
-        `The camera's ${name} is ${camera[name]}; it must be a positive number of pixels.`,
-      );
-    }
-  }
-  for (const name of /** @type {const} */ (["cx", "cy"])) {
-    if (!Number.isFinite(camera[name])) {
-      throw new DeepSftError(
-        "camera-intrinsics",
-        `The camera's ${name} is ${camera[name]}; it must be a number of pixels.`,
-      );
-    }
-  }
+  const check = (/** @type {boolean | undefined} */ isSo, /** @type {string} */ message) => {
+    if (!isSo) throw new DeepSftError("camera-intrinsics", `The camera's ${message}.`);
+  };
+  for (const name of /** @type {const} */ (["width", "height", "fx", "fy"]))
+    check(Number.isFinite(camera[name]) && camera[name] > 0, `${name} is ${camera[name]}; it must be a positive number of pixels`);
+  for (const name of /** @type {const} */ (["cx", "cy"])) check(Number.isFinite(camera[name]), `${name} is ${camera[name]}; it must be a number of pixels`);
   const distortion = [...(camera.distortion ?? [0, 0, 0, 0, 0])];
   if (distortion.length === 4) distortion.push(0);
-  if (distortion.length !== 5 || !distortion.every(Number.isFinite)) {
-    const message = "The camera's distortion must be k1, k2, p1, p2, k3; deepsft camera import makes five of OpenCV's longer lists.";
-    throw new DeepSftError("camera-intrinsics", message);
-  }
+  const isFive = distortion.length === 5 && distortion.every(Number.isFinite);
+  check(isFive, "distortion must be k1, k2, p1, p2, k3; deepsft camera import makes five of OpenCV's longer lists");
   const { fisheye } = camera;
-  if (fisheye && (fisheye.length !== 4 || !fisheye.every(Number.isFinite))) {
-    throw new DeepSftError("camera-intrinsics", "The camera's fisheye must be four numbers: k1, k2, k3, k4.");
-  }
-  if (fisheye && distortion.some((k) => k !== 0)) {
-    throw new DeepSftError("camera-intrinsics", "The camera has distortion and fisheye; a lens has one of them.");
-  }
+  check(!fisheye || (fisheye.length === 4 && fisheye.every(Number.isFinite)), "fisheye must be four numbers: k1, k2, k3, k4");
+  check(!fisheye || isPinhole({ distortion }), "distortion and fisheye are both there; a lens has one of them");
   const [sx, sy] = [width / camera.width, height / camera.height];
   // Two pixels of rounding, as scalers leave, are the same picture; anything more is a crop or a rotation.
   const isSame = (/** @type {number} */ a, /** @type {number} */ b) => Math.abs(a - b) * Math.max(camera.width, camera.height) <= 2;
   if (!isSame(sx, sy)) {
     if (isSame(width / camera.height, height / camera.width)) return cameraForImage(turned({ ...camera, distortion }), width, height);
-    const [is, wants] = [`${width} x ${height}`, `${camera.width} x ${camera.height}`];
-    throw new DeepSftError(
-      "camera-intrinsics",
-      `The camera's intrinsics are for images of ${wants}, this one has ${is}.`,
-    );
+    check(false, `intrinsics are for images of ${camera.width} x ${camera.height}, this one has ${width} x ${height}`);
   }
   return {
     width,
@@ -162,12 +143,7 @@ function turned({ width, height, fx, fy, cx, cy, distortion: [k1, k2, p1, p2, k3
  * @throws {DeepSftError} `camera-intrinsics`
  */
 export function cameraForFrame(option, { frame, width, height }) {
-  const camera =
-    option === undefined
-      ? estimatedCamera(width, height)
-      : typeof option === "function"
-        ? option(width, height)
-        : option;
+  const camera = typeof option === "function" ? option(width, height) : (option ?? estimatedCamera(width, height));
   return cameraForImage(cameraForImage(camera, width, height), frame.width, frame.height);
 }
 

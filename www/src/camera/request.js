@@ -1,6 +1,8 @@
 // Asking the browser for a camera, and saying in words why there is none.
 
-import { DeepSftError } from "../error.js";
+import { DeepSftError, asDeepSftError } from "../error.js";
+
+/** @import { DeepSftErrorCode } from "../error.js" */
 
 /** Which way a camera looks: away from the person, or at them. @typedef {"environment" | "user"} Facing */
 
@@ -14,41 +16,20 @@ import { DeepSftError } from "../error.js";
 /** The picture to ask for. */
 const PICTURE = { width: { ideal: 1280 }, height: { ideal: 720 }, frameRate: { ideal: 30 } };
 
-/**
- * A refusal of `getUserMedia` as an error with a code.
- *
- * @param {unknown} error
- * @returns {DeepSftError}
- */
-export function cameraError(error) {
-  if (error instanceof DeepSftError) return error;
-  const name = error instanceof Error || error instanceof DOMException ? error.name : "";
-  const explained = (/** @type {import("../error.js").DeepSftErrorCode} */ code, /** @type {string} */ message) =>
-    new DeepSftError(code, message, { cause: error });
-  switch (name) {
-    case "NotAllowedError":
-      if (isBlocked())
-        return explained(
-          "camera-blocked",
-          'The page may not use the camera: the page around this frame has to allow it (allow="camera"), or the server\'s Permissions-Policy.',
-        );
-      return explained(
-        "camera-denied",
-        "The camera was not allowed. Allow it for this site in the settings of the browser, then try again.",
-      );
-    case "NotFoundError":
-      return explained("camera-not-found", "No camera was found. Plug one in and try again.");
-    case "NotReadableError":
-    case "AbortError":
-      return explained("camera-busy", "The camera is in use by another program or tab, or failed to start.");
-    case "OverconstrainedError":
-      return explained("camera-constraints", "No camera here can deliver a usable picture.");
-    case "SecurityError":
-      return explained(...noDevices());
-    default:
-      return explained("internal", `The camera failed: ${error instanceof Error ? error.message : error}`);
-  }
-}
+/** @type {[DeepSftErrorCode, string]} */
+const BUSY = ["camera-busy", "The camera is in use by another program or tab, or failed to start."];
+/** What a refusal of `getUserMedia` means, by its name. @type {Readonly<Record<string, () => [DeepSftErrorCode, string]>>} */
+const REFUSALS = {
+  NotAllowedError: () =>
+    isBlocked()
+      ? ["camera-blocked", 'The page may not use the camera: the page around this frame has to allow it (allow="camera"), or the server\'s Permissions-Policy.']
+      : ["camera-denied", "The camera was not allowed. Allow it for this site in the settings of the browser, then try again."],
+  NotFoundError: () => ["camera-not-found", "No camera was found. Plug one in and try again."],
+  NotReadableError: () => BUSY,
+  AbortError: () => BUSY,
+  OverconstrainedError: () => ["camera-constraints", "No camera here can deliver a usable picture."],
+  SecurityError: noDevices,
+};
 
 /** Whether a policy keeps the camera from this page, where the browser tells. */
 function isBlocked() {
@@ -56,23 +37,11 @@ function isBlocked() {
   return featurePolicy?.allowsFeature("camera") === false;
 }
 
-/** Why a browser offers no cameras at all. @returns {[import("../error.js").DeepSftErrorCode, string]} */
+/** Why a browser offers no cameras at all. @returns {[DeepSftErrorCode, string]} */
 function noDevices() {
   return self.isSecureContext
     ? ["camera-unsupported", "This browser gives pages no camera. Apps that show pages often do not: open the page in a browser of its own."]
     : ["insecure-context", "Browsers give pages a camera only over https or from localhost."];
-}
-
-/**
- * The browser's cameras.
- *
- * @returns {MediaDevices}
- * @throws {DeepSftError} `insecure-context`, `camera-unsupported`
- */
-function mediaDevices() {
-  const devices = navigator.mediaDevices;
-  if (!devices?.getUserMedia) throw new DeepSftError(...noDevices());
-  return devices;
 }
 
 /** @param {MediaStream} stream */
@@ -88,7 +57,8 @@ export function stopStream(stream) {
  * @throws {DeepSftError} `camera-denied`, `camera-blocked`, `camera-not-found`, `camera-busy`, `camera-constraints`, `camera-unsupported`, `insecure-context`
  */
 async function requestFirst(wishes) {
-  const devices = mediaDevices();
+  const devices = navigator.mediaDevices;
+  if (!devices?.getUserMedia) throw new DeepSftError(...noDevices());
   /** @type {unknown} */
   let refusal;
   for (const video of wishes) {
@@ -96,22 +66,15 @@ async function requestFirst(wishes) {
       return await devices.getUserMedia({ video, audio: false });
     } catch (error) {
       refusal = error;
-      if (!(error instanceof Error || error instanceof DOMException) || error.name !== "OverconstrainedError") break;
+      if (Object(error).name !== "OverconstrainedError") break;
     }
   }
-  throw cameraError((await isMissing(devices, refusal)) ? new DOMException("There is no camera.", "NotFoundError") : refusal);
-}
-
-/**
- * Whether a camera that "does not fit" is none at all: WebKit says so.
- *
- * @param {MediaDevices} devices
- * @param {unknown} refusal
- */
-async function isMissing(devices, refusal) {
-  if (!(refusal instanceof Error || refusal instanceof DOMException) || refusal.name !== "OverconstrainedError") return false;
-  const known = await devices.enumerateDevices().catch(() => null);
-  return known?.every(({ kind }) => kind !== "videoinput") ?? false;
+  const { name, message } = Object(refusal);
+  // A camera that "does not fit" may be none at all: WebKit says so.
+  const known = name === "OverconstrainedError" ? await devices.enumerateDevices().catch(() => null) : null;
+  const isMissing = known?.every(({ kind }) => kind !== "videoinput");
+  const [code, words] = REFUSALS[isMissing ? "NotFoundError" : name]?.() ?? ["internal", `The camera failed: ${message ?? refusal}`];
+  throw new DeepSftError(code, words, { cause: refusal });
 }
 
 /**
@@ -126,17 +89,11 @@ export async function requestStream({ facing = "environment", deviceId }) {
     try {
       return await requestCamera(deviceId);
     } catch (error) {
-      if (!isAbsence(error)) throw error;
+      // It may not be there any more.
+      if (!["camera-constraints", "camera-not-found"].includes(asDeepSftError(error).code)) throw error;
     }
   }
-  const which = { facingMode: { ideal: facing } };
-  const stream = await requestFirst([{ ...which, ...PICTURE }, which, {}]);
-  return facing === "environment" ? preferMainCamera(stream) : stream;
-}
-
-/** Whether an error says that a certain camera is not there. @param {unknown} error */
-function isAbsence(error) {
-  return error instanceof DeepSftError && (error.code === "camera-constraints" || error.code === "camera-not-found");
+  return requestFacing(facing, "ideal");
 }
 
 /**
@@ -152,15 +109,15 @@ export function requestCamera(deviceId) {
 }
 
 /**
- * A stream of a camera that looks this way and no other; of several back cameras the main one.
+ * A stream of a camera that looks this way; of several back cameras the main one.
  *
  * @param {Facing} facing
- * @returns {Promise<MediaStream>}
+ * @param {"exact" | "ideal"} [strictness] whether one that looks another way will not do
  * @throws {DeepSftError} as {@link requestStream}
  */
-export async function requestFacing(facing) {
-  const which = { facingMode: { exact: facing } };
-  const stream = await requestFirst([{ ...which, ...PICTURE }, which]);
+export async function requestFacing(facing, strictness = "exact") {
+  const which = { facingMode: { [strictness]: facing } };
+  const stream = await requestFirst([{ ...which, ...PICTURE }, which, ...(strictness === "ideal" ? [{}] : [])]);
   return facing === "environment" ? preferMainCamera(stream) : stream;
 }
 
@@ -196,7 +153,7 @@ function capabilitiesOf(device) {
  */
 async function preferMainCamera(stream) {
   const current = stream.getVideoTracks()[0].getSettings().deviceId;
-  const main = mainBackCamera(await mediaDevices().enumerateDevices().catch(() => []), current);
+  const main = mainBackCamera(await navigator.mediaDevices.enumerateDevices().catch(() => []), current);
   if (main === null || current === undefined) return stream;
   // Phones open one camera at a time.
   stopStream(stream);

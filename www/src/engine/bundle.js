@@ -71,23 +71,15 @@ function listedFiles(manifest, url) {
   } catch (error) {
     throw new DeepSftError("model-corrupt", `${url} is not JSON; is this the folder of a model?`, { cause: error });
   }
+  const corrupt = (/** @type {string} */ words) => new DeepSftError("model-corrupt", `${url} ${words}.`);
   const files = description?.files;
-  if (typeof files !== "object" || files === null) {
-    throw new DeepSftError("model-corrupt", `${url} lists no files.`);
-  }
+  if (typeof files !== "object" || files === null) throw corrupt("lists no files");
   const listed = new Map();
   for (const [name, entry] of Object.entries(files)) {
     // Only plain relative names: a model must not make the page fetch from elsewhere.
-    if (!/^[\w-][\w.-]*(\/[\w-][\w.-]*)*$/.test(name)) {
-      throw new DeepSftError(
-        "model-corrupt",
-        `${url} names the file "${name}", which is not inside the model's folder.`,
-      );
-    }
+    if (!/^[\w-][\w.-]*(\/[\w-][\w.-]*)*$/.test(name)) throw corrupt(`names the file "${name}", which is not inside the model's folder`);
     const { size, sha256 } = Object(entry);
-    if (!(Number.isInteger(size) && size >= 0)) {
-      throw new DeepSftError("model-corrupt", `${url} gives the file "${name}" no size.`);
-    }
+    if (!(Number.isInteger(size) && size >= 0)) throw corrupt(`gives the file "${name}" no size`);
     listed.set(name, { size, sha256: SHA256.test(sha256) ? sha256 : null });
   }
   return listed;

@@ -1,5 +1,6 @@
 // The engine as the page holds it: started on what works, and started again where its GPU was lost or its worker died.
 
+import { unlessAborted } from "../abort.js";
 import { DeepSftError, asDeepSftError } from "../error.js";
 import { EngineWorker } from "./engine-worker.js";
 
@@ -173,10 +174,8 @@ export class LastingEngine {
 async function startEngine({ request, workerUrl, timeoutMs }, signal) {
   signal?.throwIfAborted();
   const worker = new EngineWorker(workerUrl, timeoutMs);
-  const abort = () => worker.terminate(signal?.reason);
-  signal?.addEventListener("abort", abort, { once: true });
   try {
-    return { worker, ...(await worker.start(request)) };
+    return { worker, ...(await unlessAborted(worker.start(request), signal)) };
   } catch (error) {
     worker.terminate(error);
     signal?.throwIfAborted();
@@ -185,8 +184,6 @@ async function startEngine({ request, workerUrl, timeoutMs }, signal) {
     if (request.device !== "auto" || !aboutTheGpu) throw error;
     const started = await startEngine({ request: { ...request, device: "cpu" }, workerUrl, timeoutMs }, signal);
     return { ...started, info: { ...started.info, fallback: { code, message } } };
-  } finally {
-    signal?.removeEventListener("abort", abort);
   }
 }
 

@@ -1,6 +1,7 @@
 // The canonical image of a frame, made by the browser.
 
 import { CANONICAL_FOCAL, canonicalSize, imageFromCanonical } from "../camera/canonical.js";
+import { isPinhole } from "../camera/lens.js";
 
 /** @import { SourcedCamera } from "../camera/intrinsics.js" */
 
@@ -47,7 +48,7 @@ let half = null;
  * @returns {ImageBitmap | ImageData | null} null where the engine's warp is needed, for the lens distorts, or the frame is hardly larger
  */
 export function canonicalFrame(frame, camera, asPixels = false, focal = CANONICAL_FOCAL) {
-  if (camera.fisheye || camera.distortion.some((k) => k !== 0)) return null;
+  if (!isPinhole(camera)) return null;
   const [left, top] = imageFromCanonical(camera, 0, 0, focal);
   const { width, height } = canonicalSize(camera);
   const [right, bottom] = imageFromCanonical(camera, width, height, focal);

@@ -18,8 +18,9 @@ import { DeepSftError, crossOriginError } from "../error.js";
  */
 export const MAX_PIXELS = 16_777_216;
 
-/** So long a video may take to jump, milliseconds. */
+/** So long a video may take to jump, and so often it is looked whether it has, milliseconds. */
 const MAX_SEEK_MS = 5000;
+const LOOK_MS = 10;
 
 /**
  * The image of an address, fetched; others as they are.
@@ -163,30 +164,8 @@ export function closeFrame(frame) {
 async function hasPicture(video) {
   const until = performance.now() + MAX_SEEK_MS;
   while (video.readyState < video.HAVE_CURRENT_DATA) {
-    const leftMs = until - performance.now();
-    if (!video.seeking || leftMs <= 0)
+    if (!video.seeking || performance.now() > until)
       throw new DeepSftError("image-unreadable", "The video has no picture yet; wait for its loadeddata event.");
-    await firstEvent(video, ["seeked", "loadeddata", "emptied", "error"], leftMs);
+    await new Promise((resolve) => setTimeout(resolve, LOOK_MS));
   }
-}
-
-/**
- * Resolves with the first of some events, or when the time is up; nothing listens after that.
- *
- * @param {EventTarget} target
- * @param {string[]} names
- * @param {number} ms
- * @returns {Promise<void>}
- */
-function firstEvent(target, names, ms) {
-  return new Promise((resolve) => {
-    const listening = new AbortController();
-    const done = () => {
-      listening.abort();
-      clearTimeout(timer);
-      resolve();
-    };
-    const timer = setTimeout(done, ms);
-    for (const name of names) target.addEventListener(name, done, { signal: listening.signal });
-  });
 }

@@ -84,10 +84,8 @@ export class EstimateMap {
 /** What one frame shows of a target. */
 export class Estimate {
   #makeMesh;
-  /** @type {Promise<RawMesh | null> | null} */
-  #fitted = null;
-  /** @type {Promise<RawMesh | null> | null} */
-  #completed = null;
+  /** By method. @type {Map<"fit" | "completion", Promise<RawMesh | null>>} */
+  #meshes = new Map();
 
   /**
    * @param {RawEstimate} raw
@@ -98,7 +96,7 @@ export class Estimate {
    */
   constructor(raw, camera, times, target, makeMesh) {
     this.#makeMesh = makeMesh;
-    if (raw.fitted) this.#fitted = Promise.resolve(raw.fitted);
+    if (raw.fitted) this.#meshes.set("fit", Promise.resolve(raw.fitted));
     /** What was looked for. */
     this.target = target;
     /** Whether the target was found; when not, the maps are best ignored. */
@@ -148,27 +146,15 @@ export class Estimate {
   async completeMesh({ method = "fit" } = {}) {
     if (!this.found) return null;
     // Before anything is waited for: close() may be called meanwhile.
-    const { width } = this.depth;
-    const maps = { width, focal: this.focal, depth: scaledDepth(this.depth.values(), 1 / (this.target.mesh.perMm ?? 1)), registration: this.registration.values() };
-    if (method === "completion") return this.#completedMesh(maps);
-    this.#fitted ??= this.#makeMesh({ id: this.target.id, ...maps, canonical: this.canonical.data });
+    const depth = scaledDepth(this.depth.values(), 1 / (this.target.mesh.perMm ?? 1));
+    const maps = { id: this.target.id, width: this.depth.width, focal: this.focal, depth, registration: this.registration.values() };
+    const made = this.#meshes.get(method) ?? this.#makeMesh({ ...maps, canonical: method === "fit" ? this.canonical.data : null });
+    this.#meshes.set(method, made);
     try {
-      const fitted = await this.#fitted;
-      return fitted && new SurfaceMesh(fitted.surface, this.target.mesh, "fit");
+      const raw = await made;
+      return raw && new SurfaceMesh(raw.surface, this.target.mesh, method);
     } catch (error) {
-      this.#fitted = null;
-      throw error;
-    }
-  }
-
-  /** @param {{ width: number, focal: number, depth: Float32Array, registration: Float32Array }} maps */
-  async #completedMesh(maps) {
-    this.#completed ??= this.#makeMesh({ id: this.target.id, ...maps, canonical: null });
-    try {
-      const completed = await this.#completed;
-      return completed ? new SurfaceMesh(completed.surface, this.target.mesh, "completion") : null;
-    } catch (error) {
-      this.#completed = null;
+      this.#meshes.delete(method);
       throw error;
     }
   }

@@ -2,6 +2,7 @@
 
 import { CanvasTexture, SRGBColorSpace, Texture, VideoTexture } from "three";
 import { unlessAborted } from "../abort.js";
+import { isAddress } from "../address.js";
 import { DeepSftError } from "../error.js";
 import { drawsInSoftware } from "./drawing-speed.js";
 import { closeFrame, readImage, transferableFrame } from "../frames/image-input.js";
@@ -36,9 +37,8 @@ const ANISOTROPY = 8;
 export async function printOf(input, place, signal) {
   if (input instanceof Texture) return { texture: input, film: null, isLive: false, close: () => undefined };
   if (input instanceof HTMLVideoElement) return filmPrint(input, () => undefined);
-  if (isCanvas(input)) return canvasPrint(input, true);
-  const isAddress = typeof input === "string" || input instanceof URL;
-  if (isAddress && FILM.test(String(input))) return openFilm(String(input), place, signal);
+  if (input instanceof HTMLCanvasElement || input instanceof OffscreenCanvas) return canvasPrint(input, true);
+  if (isAddress(input) && FILM.test(String(input))) return openFilm(String(input), place, signal);
   const image = await readImage(input, signal);
   if (image instanceof Blob && image.type.startsWith("video/")) return openFilm(image, place, signal);
   const { frame } = await transferableFrame(image);
@@ -48,11 +48,6 @@ export async function printOf(input, place, signal) {
   else context?.drawImage(frame, 0, 0);
   closeFrame(frame);
   return canvasPrint(canvas, false);
-}
-
-/** @param {unknown} input @returns {input is HTMLCanvasElement | OffscreenCanvas} */
-function isCanvas(input) {
-  return input instanceof HTMLCanvasElement || (typeof OffscreenCanvas !== "undefined" && input instanceof OffscreenCanvas);
 }
 
 /**

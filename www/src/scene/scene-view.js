@@ -1,6 +1,7 @@
 // A scene in a part of the page: the camera's picture, the prints in it, and what is put on them.
 
 import { Scene, WebGLRenderer } from "three";
+import { Announcer } from "../announcer.js";
 import { CameraStream, openCamera } from "../camera/camera-stream.js";
 import { DeepSft } from "../deepsft.js";
 import { DeepSftError, asDeepSftError } from "../error.js";
@@ -32,8 +33,8 @@ const MAX_DELTA_S = 0.1;
 /** One for all: what is made anew holds on to the scene by its stack, and Chromium now and then on to the signal of a request that was ended. */
 const CLOSED = new DeepSftError("closed", "The scene was closed.");
 
-/** A scene that runs until it is closed. {@link start} makes it. */
-export class SceneView extends EventTarget {
+/** A scene that runs until it is closed. {@link start} makes it. @extends {Announcer<SceneEvents>} */
+export class SceneView extends Announcer {
   #options;
   #ending = new AbortController();
   #element = document.createElement("div");
@@ -131,17 +132,6 @@ export class SceneView extends EventTarget {
   /** Whether it is over. */
   get closed() {
     return this.#ending.signal.aborted;
-  }
-
-  /**
-   * @template {keyof SceneEvents} Name
-   * @param {Name} name
-   * @param {((event: SceneEvents[Name]) => void) | EventListenerObject | null} listener
-   * @param {AddEventListenerOptions | boolean} [options]
-   * @override
-   */
-  addEventListener(name, listener, options) {
-    super.addEventListener(name, /** @type {EventListener | EventListenerObject | null} */ (listener), options);
   }
 
   /** Loads what is looked for, while the person is asked for the camera; called by {@link start}. */
@@ -333,7 +323,7 @@ export class SceneView extends EventTarget {
       this.#foundAt = performance.now();
       session.addEventListener("interrupted", () => this.#show("interrupted"));
       for (const name of /** @type {const} */ (["found", "lost"]))
-        session.addEventListener(name, ({ detail: { target, frame } }) => this.#tell(name, { sheet: this.sheet(target), frame }));
+        session.addEventListener(name, ({ detail: { target, frame } }) => this.tell(name, { sheet: this.sheet(target), frame }));
       for await (const tracked of session) this.#take(tracked);
     } catch (error) {
       if (this.closed) return;
@@ -342,7 +332,7 @@ export class SceneView extends EventTarget {
       this.error = asDeepSftError(error);
       const again = () => void this.#run(this.#open());
       this.#show("failed", { error: this.error, retry: this.#options.source ? null : again });
-      this.#tell("error", { error: this.error });
+      this.tell("error", { error: this.error });
     }
   }
 
@@ -377,7 +367,7 @@ export class SceneView extends EventTarget {
     estimate.close();
     // What covers it is known by now.
     this.#take(tracked);
-    if (mesh) this.#tell("found", { sheet: this.sheet(target), frame: tracked });
+    if (mesh) this.tell("found", { sheet: this.sheet(target), frame: tracked });
   }
 
   /** @param {TrackedFrame} tracked */
@@ -429,7 +419,7 @@ export class SceneView extends EventTarget {
     this.#isNew = false;
     const deltaS = Math.min(MAX_DELTA_S, Math.max(0, (now - this.#drawnAt) / 1000 || 0));
     this.#drawnAt = now;
-    this.#tell("frame", { deltaS, frame });
+    this.tell("frame", { deltaS, frame });
     for (const sheet of this.#sheets.values()) sheet.refreshPrint();
     this.#sound?.offer([...this.#sheets.values()].flatMap(({ video }) => video ?? []));
     this.camera.setIntrinsics(frame.camera, this.#page);
@@ -453,13 +443,5 @@ export class SceneView extends EventTarget {
    */
   #show(name, contents) {
     if (!this.closed) this.#screens.show(name, contents);
-  }
-
-  /**
-   * @param {keyof SceneEvents} name
-   * @param {unknown} detail
-   */
-  #tell(name, detail) {
-    this.dispatchEvent(new CustomEvent(name, { detail }));
   }
 }

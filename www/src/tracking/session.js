@@ -1,6 +1,7 @@
 // The session that follows targets through a video, with the finders beside it. What it does when the tracker's session decides
 // (`deepsft`: `session/`); here frames, questions and answers are carried between page and workers.
 
+import { Announcer } from "../announcer.js";
 import { DeepSftError, asDeepSftError } from "../error.js";
 import { CANONICAL_FOCAL } from "../camera/canonical.js";
 import { CameraStream } from "../camera/camera-stream.js";
@@ -89,8 +90,10 @@ const STALLED_LOOKS = 3;
  *
  * It works while it is iterated; leaving the loop closes it. A frame closes itself when the next one is asked for, unless
  * {@link TrackedFrame.keep} was called. {@link SessionEvents} has its events.
+ *
+ * @extends {Announcer<SessionEvents>}
  */
-export class Session extends EventTarget {
+export class Session extends Announcer {
   #parts;
   #frames;
   /** @type {CameraStream | null} */
@@ -144,7 +147,7 @@ export class Session extends EventTarget {
     const options = { signal: this.#listening.signal };
     signal?.addEventListener("abort", () => this.#finish(signal.reason), options);
     const stream = this.#stream;
-    stream?.addEventListener("interrupted", () => this.#tell("interrupted", null), options);
+    stream?.addEventListener("interrupted", () => this.tell("interrupted", null), options);
     stream?.signal.addEventListener("abort", () => this.#finish(stream.error), options);
     if (stream?.signal.aborted) this.#finish(stream.error);
     this.#iterator = this.#run();
@@ -158,17 +161,6 @@ export class Session extends EventTarget {
   /** Whether it is over. */
   get closed() {
     return this.#end !== null;
-  }
-
-  /**
-   * @template {keyof SessionEvents} Name
-   * @param {Name} name
-   * @param {((event: SessionEvents[Name]) => void) | EventListenerObject | null} listener
-   * @param {AddEventListenerOptions | boolean} [options]
-   * @override
-   */
-  addEventListener(name, listener, options) {
-    super.addEventListener(name, /** @type {EventListener | EventListenerObject | null} */ (listener), options);
   }
 
   /**
@@ -235,22 +227,14 @@ export class Session extends EventTarget {
     clearInterval(this.#watching);
     this.#frames.stop();
     this.#parts.tracker.terminate(closedError());
-    this.#tell("ended", { error });
-  }
-
-  /**
-   * @param {keyof SessionEvents} name
-   * @param {unknown} detail
-   */
-  #tell(name, detail) {
-    this.dispatchEvent(new CustomEvent(name, { detail }));
+    this.tell("ended", { error });
   }
 
   /** Tells when frames have stopped to come, to a page that is seen. */
   #watch() {
     const isAway = this.#stream?.interrupted || (typeof document !== "undefined" && document.visibilityState === "hidden");
     this.#quiet = this.#frames.silentMs >= WATCH_MS && !isAway ? this.#quiet + 1 : 0;
-    if (this.#quiet === STALLED_LOOKS) this.#tell("stalled", { reason: this.#frames.silence });
+    if (this.#quiet === STALLED_LOOKS) this.tell("stalled", { reason: this.#frames.silence });
   }
 
   /** @returns {AsyncGenerator<TrackedFrame, void, void>} */
@@ -258,7 +242,7 @@ export class Session extends EventTarget {
     /** @type {Following | null} */
     let next = null;
     // It may have been held back from the start.
-    if (this.#stream?.interrupted) this.#tell("interrupted", null);
+    if (this.#stream?.interrupted) this.tell("interrupted", null);
     try {
       while (!this.#end) {
         const current = next ?? (await this.#begin());
@@ -284,7 +268,7 @@ export class Session extends EventTarget {
           next = this.#frames.waiting ? await this.#begin(true) : null;
           if (this.#end) break;
           for (const { changed, tracked: { target, copy, found } } of seen)
-            if (changed) this.#tell(found ? "found" : "lost", { target, copy, frame: tracked });
+            if (changed) this.tell(found ? "found" : "lost", { target, copy, frame: tracked });
           yield tracked;
         } finally {
           if (!tracked.kept) tracked.close();
@@ -348,7 +332,7 @@ export class Session extends EventTarget {
     const focal = (ratio * camera.fx * width) / camera.width;
     const spread = deviation * focal;
     this.#stream?.calibrate(width, height, focal, spread);
-    this.#tell("focal", { width, height, focal, spread });
+    this.tell("focal", { width, height, focal, spread });
   }
 
   /**

@@ -1,4 +1,3 @@
-import { DeepSftError } from "../error.js";
 export type Facing = "environment" | "user";
 export type OpenCameraOptions = {
     /**
@@ -14,13 +13,6 @@ export type OpenCameraOptions = {
      */
     signal?: AbortSignal;
 };
-/**
- * A refusal of `getUserMedia` as an error with a code.
- *
- * @param {unknown} error
- * @returns {DeepSftError}
- */
-export declare function cameraError(error: unknown): DeepSftError;
 /** @param {MediaStream} stream */
 export declare function stopStream(stream: MediaStream): void;
 /**
@@ -40,13 +32,13 @@ export declare function requestStream({ facing, deviceId }: OpenCameraOptions): 
  */
 export declare function requestCamera(deviceId: string): Promise<MediaStream>;
 /**
- * A stream of a camera that looks this way and no other; of several back cameras the main one.
+ * A stream of a camera that looks this way; of several back cameras the main one.
  *
  * @param {Facing} facing
- * @returns {Promise<MediaStream>}
+ * @param {"exact" | "ideal"} [strictness] whether one that looks another way will not do
  * @throws {DeepSftError} as {@link requestStream}
  */
-export declare function requestFacing(facing: Facing): Promise<MediaStream>;
+export declare function requestFacing(facing: Facing, strictness?: "exact" | "ideal"): Promise<MediaStream>;
 /**
  * Which way a camera looks: as its capabilities say, else as Chrome on Android and an English Safari name it.
  *

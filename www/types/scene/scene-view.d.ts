@@ -1,4 +1,5 @@
 import { Scene, WebGLRenderer } from "three";
+import { Announcer } from "../announcer.js";
 import { CameraStream } from "../camera/camera-stream.js";
 import { DeepSftError } from "../error.js";
 import { Recording } from "../record/recording.js";
@@ -8,8 +9,8 @@ import type { PictureOptions } from "../deepsft.js";
 import type { ImageInput } from "../frames/image-input.js";
 import type { Target } from "../targets/target.js";
 import type { SceneEvents, SceneOptions } from "./scene-options.js";
-/** A scene that runs until it is closed. {@link start} makes it. */
-export declare class SceneView extends EventTarget {
+/** A scene that runs until it is closed. {@link start} makes it. @extends {Announcer<SceneEvents>} */
+export declare class SceneView extends Announcer<SceneEvents> {
     #private;
     /** Whether the processor does the drawing. */
     software: boolean;
@@ -38,14 +39,6 @@ export declare class SceneView extends EventTarget {
     get targets(): Target[];
     /** Whether it is over. */
     get closed(): boolean;
-    /**
-     * @template {keyof SceneEvents} Name
-     * @param {Name} name
-     * @param {((event: SceneEvents[Name]) => void) | EventListenerObject | null} listener
-     * @param {AddEventListenerOptions | boolean} [options]
-     * @override
-     */
-    addEventListener<Name extends keyof SceneEvents>(name: Name, listener: ((event: SceneEvents[Name]) => void) | EventListenerObject | null, options?: AddEventListenerOptions | boolean): void;
     /** Loads what is looked for, while the person is asked for the camera; called by {@link start}. */
     load(): Promise<void>;
     /**

@@ -1,3 +1,4 @@
+import { Announcer } from "../announcer.js";
 import { CameraStream } from "../camera/camera-stream.js";
 import { TrackedFrame } from "../results/tracked-frame.js";
 import type { RawAnswer, TargetRequest } from "../engine/engine-worker.js";
@@ -105,8 +106,10 @@ export type Question = {
  *
  * It works while it is iterated; leaving the loop closes it. A frame closes itself when the next one is asked for, unless
  * {@link TrackedFrame.keep} was called. {@link SessionEvents} has its events.
+ *
+ * @extends {Announcer<SessionEvents>}
  */
-export declare class Session extends EventTarget {
+export declare class Session extends Announcer<SessionEvents> {
     #private;
     /**
      * Use `sft.follow`.
@@ -119,14 +122,6 @@ export declare class Session extends EventTarget {
     get targets(): Target[];
     /** Whether it is over. */
     get closed(): boolean;
-    /**
-     * @template {keyof SessionEvents} Name
-     * @param {Name} name
-     * @param {((event: SessionEvents[Name]) => void) | EventListenerObject | null} listener
-     * @param {AddEventListenerOptions | boolean} [options]
-     * @override
-     */
-    addEventListener<Name extends keyof SessionEvents>(name: Name, listener: ((event: SessionEvents[Name]) => void) | EventListenerObject | null, options?: AddEventListenerOptions | boolean): void;
     /**
      * The frames, once: a second loop goes on where the first one is.
      *
