@@ -8,7 +8,7 @@ import { keepAwake } from "./live/keep-awake.js";
 import { ShotButtons } from "./live/shot-buttons.js";
 import { messageFor } from "./messages.js";
 import { workOffline } from "./offline/offline.js";
-import { droppedFiles } from "./own/dropped-files.js";
+import { droppedFiles, onChosen } from "./own/given-files.js";
 import { OwnPicture, scanAmong } from "./own/own-picture.js";
 import { part } from "./part.js";
 import { cameraSource, clipSource } from "./sources.js";
@@ -278,7 +278,7 @@ function leaveLive() {
  */
 function showMessage(error, again) {
   leaveLive();
-  hud.showStopped();
+  hud.showWaiting("Stopped");
   retry = again ?? retry;
   const { title, advice, remedies, code, detail } = messageFor(error, document.body.dataset.view === "own" || subjects.isOwn);
   part("#message-title").textContent = title;
@@ -324,11 +324,7 @@ part("#use-image").addEventListener("click", () => {
   subjects.choose("poster");
   view.imageFile.click();
 });
-view.imageFile.addEventListener("change", () => {
-  const [file] = view.imageFile.files ?? [];
-  view.imageFile.value = "";
-  if (file) startImage(file);
-});
+onChosen(view.imageFile, ([file]) => startImage(file));
 for (const button of ["#back", "#message-close"]) part(button).addEventListener("click", leave);
 view.message.addEventListener("cancel", leave);
 addEventListener("popstate", () => {
@@ -342,12 +338,15 @@ part("#notice-close").addEventListener("click", () => (view.notice.hidden = true
 part(".controls").addEventListener("change", showChoice);
 part("#hud-toggle").addEventListener("click", () => openHud(view.hud.hidden !== false));
 part("#forget").addEventListener("click", () => stream?.calibrate(view.video.videoWidth, view.video.videoHeight, null));
-view.stage.addEventListener("click", ({ clientX, clientY }) => live?.placeObjectAt(clientX, clientY));
+view.stage.addEventListener("click", ({ clientX, clientY }) => {
+  const { left, top, width, height } = view.stage.getBoundingClientRect();
+  live?.overlays?.placeObjectAt((clientX - left) / width, (clientY - top) / height);
+});
 view.stage.addEventListener("keydown", (event) => {
   const step = OBJECT_STEPS[event.key];
   if (!step || choice.overlay !== "object") return;
   event.preventDefault();
-  live?.moveObject(...step);
+  live?.overlays?.moveObject(...step);
 });
 addEventListener("dragover", (event) => event.preventDefault());
 addEventListener("drop", (event) => {

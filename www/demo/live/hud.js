@@ -38,8 +38,6 @@ export class Hud {
   #frames = 0;
   #answers = 0;
   #shownAt = -Infinity;
-  /** @type {Map<string, number>} mean milliseconds of the stages that were measured */
-  #stages = new Map();
   /** @type {EngineInfo | null} */
   #engine = null;
   /** What is said of a sheet that is not there. */
@@ -58,23 +56,17 @@ export class Hud {
     part("#fps").textContent = "–";
     part("#network-fps").textContent = "–";
     this.showMesh(false);
-    this.#showWaiting("Warming up");
+    this.showWaiting("Warming up");
     this.#say("");
     for (const name of STAGES) {
       part(`#${name}-ms`).textContent = "–";
       part(`#${name}-bar`).style.flexGrow = "0";
     }
-    this.#stages.clear();
     this.#shownAt = -Infinity;
   }
 
-  /** Nothing is looked for any more. */
-  showStopped() {
-    this.#showWaiting("Stopped");
-  }
-
   /** @param {string} words while it is not known whether the sheet is there */
-  #showWaiting(words) {
+  showWaiting(words) {
     Object.assign(part("#state").dataset, { state: "waiting", how: "" });
     part("#state-text").textContent = words;
   }
@@ -146,15 +138,10 @@ export class Hud {
     if (found) this.#showState(true, "tracked", correlation);
     else if (wasTracked) {
       // Until the network has said whether the sheet is still there.
-      this.#showWaiting("Looking again");
+      this.showWaiting("Looking again");
       this.#say("Looking again");
     }
     this.#showCamera(camera);
-  }
-
-  /** @param {boolean} software whether the processor does the drawing: then the panels do without blurred glass */
-  showSoftware(software) {
-    part("#live").dataset.software = String(software);
   }
 
   /** @param {boolean} there whether a mesh is drawn */
@@ -181,12 +168,15 @@ export class Hud {
    * @param {number} weight of these against the means so far
    */
   #takeStages(stages, weight) {
-    for (const [name, ms] of Object.entries(stages)) this.#stages.set(name, this.#mean(name, ms, weight));
+    for (const [name, ms] of Object.entries(stages)) this.#mean(name, ms, weight);
   }
 
   #showStages() {
-    const total = [...this.#stages.values()].reduce((sum, ms) => sum + ms, 0);
-    for (const [name, ms] of this.#stages) {
+    const means = STAGES.map((name) => this.#means.get(name) ?? 0);
+    const total = means.reduce((sum, ms) => sum + ms, 0);
+    for (const [i, name] of STAGES.entries()) {
+      const ms = means[i];
+      if (!this.#means.has(name)) continue;
       part(`#${name}-bar`).style.flexGrow = String(ms / total);
       part(`#${name}-ms`).textContent = ms.toFixed(ms < 9.95 ? 1 : 0);
     }

@@ -45,10 +45,10 @@ export class Live {
   #measures = new MeasuresPanel();
   /** Whether one picture is shown, and no video. */
   #isPhotograph = false;
-  /** @type {SceneView | null} */
-  #view = null;
-  /** @type {Overlays | null} */
-  #overlays = null;
+  /** The scene that is shown. @type {SceneView | null} */
+  view = null;
+  /** What is drawn on its sheet. @type {Overlays | null} */
+  overlays = null;
   /** @type {TrackedFrame | null} the newest */
   #frame = null;
   /** When the tracker last had the sheet, or began to look for it, milliseconds. */
@@ -70,11 +70,6 @@ export class Live {
     this.#onShown = onShown;
   }
 
-  /** The scene that is shown. */
-  get view() {
-    return this.#view;
-  }
-
   /**
    * Follows a video, or shows one photograph with what is found in it, until the signal ends it.
    *
@@ -92,15 +87,16 @@ export class Live {
     const onEstimate = (/** @type {Estimate} */ estimate) => this.#takeEstimate(estimate, subject);
     const shown = { sft, targets: [target], fit: MAX_CUT, screens: /** @type {const} */ (false), sound: false, smooth: false, onEstimate };
     const view = await start(this.#container, { ...shown, ...options, signal });
-    this.#view = view;
+    this.view = view;
     this.#trackedAt = performance.now();
-    this.#hud.showSoftware(view.software);
-    this.#overlays = new Overlays(view, target);
-    this.#overlays.show(this.#choice);
+    // The panels then do without blurred glass.
+    part("#live").dataset.software = String(view.software);
+    this.overlays = new Overlays(view, target);
+    this.overlays.show(this.#choice);
     signal.addEventListener("abort", () => this.#end());
     view.addEventListener("frame", ({ detail: { frame } }) => {
       if (frame !== this.#frame) this.#take(frame, view, subject);
-      this.#overlays?.animate();
+      this.overlays?.animate();
     });
     const failed = new Promise((_, reject) => view.addEventListener("error", ({ detail }) => reject(detail.error)));
     await Promise.race([ended, failed]);
@@ -108,25 +104,14 @@ export class Live {
 
   /** Draws what was chosen anew. */
   refresh() {
-    this.#overlays?.show(this.#choice);
+    this.overlays?.show(this.#choice);
     this.#showScale();
     if (this.#frame?.mesh) this.#orbit?.show(this.#frame.mesh);
   }
 
-  /** What stands on the sheet goes where the page was tapped. @param {number} x CSS pixels @param {number} y */
-  placeObjectAt(x, y) {
-    const { left, top, width, height } = this.#container.getBoundingClientRect();
-    this.#overlays?.placeObjectAt((x - left) / width, (y - top) / height);
-  }
-
-  /** @param {number} u of the print's width @param {number} v of its height */
-  moveObject(u, v) {
-    this.#overlays?.moveObject(u, v);
-  }
-
   #end() {
-    this.#overlays?.dispose();
-    [this.#view, this.#overlays, this.#frame, this.#range] = [null, null, null, null];
+    this.overlays?.dispose();
+    [this.view, this.overlays, this.#frame, this.#range] = [null, null, null, null];
     this.#orbit?.reset();
     this.#measures.reset();
     this.#region.hidden = true;
@@ -150,7 +135,7 @@ export class Live {
       this.#orbit?.show(mesh);
     }
     const range = this.#range ?? { near: 0, far: 1 };
-    this.#overlays?.follow(mesh, { ...range, step: depthTicks(range, 9).step });
+    this.overlays?.follow(mesh, { ...range, step: depthTicks(range, 9).step });
     this.#showScale();
     this.#placeRegion(view, camera);
     if (this.#isPhotograph) this.#hud.showMesh(mesh !== null);
@@ -170,7 +155,7 @@ export class Live {
     // After a lost GPU the engine may run elsewhere.
     this.#hud.showEngine(subject);
     const frame = this.#frame;
-    if (this.#isPhotograph) this.#hud.showEstimate(estimate, this.#view?.drawMs ?? 0);
+    if (this.#isPhotograph) this.#hud.showEstimate(estimate, this.view?.drawMs ?? 0);
     else this.#hud.showAnswer(estimate, frame?.found ?? false, frame?.networkFps ?? 0);
   }
 

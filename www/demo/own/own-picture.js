@@ -4,6 +4,7 @@ import { DeepSftError } from "deepsft";
 import { PictureError } from "../messages.js";
 import { part } from "../part.js";
 import { Capture } from "./capture.js";
+import { onChosen } from "./given-files.js";
 import { PictureEditor } from "./picture-editor.js";
 import { forgetPicture, keepPicture, lastPicture } from "./picture-store.js";
 import { formatSize } from "./print-size.js";
@@ -68,16 +69,8 @@ export class OwnPicture {
     part("#last-use").addEventListener("click", () => this.#last && page.use(this.#last, "camera"));
     part("#last-edit").addEventListener("click", () => this.edit());
     part("#last-forget").addEventListener("click", () => void this.#forget());
-    this.#file.addEventListener("change", () => {
-      const [file] = this.#file.files ?? [];
-      this.#file.value = "";
-      if (file) void this.read(file);
-    });
-    this.#scanFile.addEventListener("change", () => {
-      const files = [...(this.#scanFile.files ?? [])];
-      this.#scanFile.value = "";
-      if (files.length > 0) void this.readScan(files);
-    });
+    onChosen(this.#file, ([file]) => void this.read(file));
+    onChosen(this.#scanFile, (files) => void this.readScan(files));
     root.addEventListener("keydown", (event) => event.key === "Escape" && this.#leave());
     void this.#recall();
   }

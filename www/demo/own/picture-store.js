@@ -13,13 +13,14 @@ const DATABASE = "deepsft-demo";
 const STORE = "pictures";
 const LAST = "last";
 
-/** @returns {Promise<IDBDatabase>} */
-function open() {
+/**
+ * @param {IDBRequest | IDBTransaction} work
+ * @param {"success" | "complete"} end
+ */
+function done(work, end) {
   return new Promise((resolve, reject) => {
-    const request = indexedDB.open(DATABASE, 1);
-    request.onupgradeneeded = () => request.result.createObjectStore(STORE);
-    request.onsuccess = () => resolve(request.result);
-    request.onerror = () => reject(request.error);
+    work.addEventListener(end, resolve);
+    for (const failure of ["error", "abort"]) work.addEventListener(failure, () => reject(work.error));
   });
 }
 
@@ -31,18 +32,13 @@ function open() {
  */
 async function inStore(mode, action) {
   try {
-    const database = await open();
-    try {
-      const transaction = database.transaction(STORE, mode);
-      const request = action(transaction.objectStore(STORE));
-      await new Promise((resolve, reject) => {
-        transaction.oncomplete = resolve;
-        transaction.onerror = transaction.onabort = () => reject(transaction.error);
-      });
-      return request.result;
-    } finally {
-      database.close();
-    }
+    const opening = indexedDB.open(DATABASE, 1);
+    opening.onupgradeneeded = () => opening.result.createObjectStore(STORE);
+    await done(opening, "success");
+    const transaction = opening.result.transaction(STORE, mode);
+    const request = action(transaction.objectStore(STORE));
+    await done(transaction, "complete").finally(() => opening.result.close());
+    return request.result;
   } catch {
     return null;
   }

@@ -1,4 +1,16 @@
-// Files that are dropped onto the page, those of a folder too.
+// Files that people give: chosen, or dropped onto the page, those of a folder too.
+
+/**
+ * @param {HTMLInputElement} input
+ * @param {(files: File[]) => void} take is given what was chosen, the same files again too
+ */
+export function onChosen(input, take) {
+  input.addEventListener("change", () => {
+    const files = [...(input.files ?? [])];
+    input.value = "";
+    if (files.length > 0) take(files);
+  });
+}
 
 /** @param {DataTransfer | null} dropped */
 export async function droppedFiles(dropped) {
