@@ -147,7 +147,6 @@ const FOR_OWN_PICTURE = { clip: "picture" };
 /**
  * @param {unknown} error
  * @param {boolean} ownPicture whether a person's own picture is looked for
- * @returns {Message & { code: string, detail: string }}
  */
 export function messageFor(error, ownPicture) {
   const code = error instanceof DeepSftError || error instanceof PictureError ? error.code : "internal";

@@ -4,7 +4,6 @@
  * @template {Element} [T=HTMLElement]
  * @param {string} selector
  * @param {new () => T} [kind] what it has to be
- * @returns {T}
  * @throws where the page has none
  */
 export function part(selector, kind = /** @type {any} */ (HTMLElement)) {

@@ -17,7 +17,6 @@ const CLIP_CAMERA_URL = "demo/clip.json";
 /**
  * @param {HTMLVideoElement} video
  * @param {AbortSignal} signal ends it, and frees the video
- * @returns {Promise<VideoSource>}
  */
 export async function cameraSource(video, signal) {
   return { source: await openCamera(video, { ...rememberedCamera(), signal }) };
@@ -28,7 +27,6 @@ export async function cameraSource(video, signal) {
  *
  * @param {HTMLVideoElement} video
  * @param {AbortSignal} signal ends it, and frees the video
- * @returns {Promise<VideoSource>}
  */
 export async function clipSource(video, signal) {
   const description = fetched(CLIP_CAMERA_URL, signal).then((response) => /** @type {Promise<{ camera: Camera }>} */ (response.json()));

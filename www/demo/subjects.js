@@ -71,11 +71,7 @@ export class Subjects {
     this.#chosen = parameters.has("model") ? "poster" : CLIP_PICTURE;
   }
 
-  /**
-   * What was chosen, once an engine knows it.
-   *
-   * @returns {Promise<Subject>}
-   */
+  /** What was chosen, once an engine knows it. */
   async ready() {
     const chosen = this.#chosen;
     if (typeof chosen === "string") {

@@ -117,7 +117,6 @@ export class DeepSft {
    *
    * @param {ModelInput | null} [model]
    * @param {LoadOptions} [options]
-   * @returns {Promise<DeepSft>}
    * @throws {DeepSftError} `browser-unsupported`, `engine-load`, `model-load`, `model-corrupt`, `model-version`, `webgpu-unavailable`,
    *   `gpu-lost`
    */
@@ -178,7 +177,6 @@ export class DeepSft {
    *
    * @param {TemplateInput} input address of the folder, relative to the page, or its files
    * @param {{ name?: string }} [options]
-   * @returns {Promise<Target>}
    * @throws {DeepSftError} `model-load`, `model-version`, `target-unusable`, `closed`
    */
   async addTemplate(input, { name = "template" } = {}) {
@@ -192,7 +190,6 @@ export class DeepSft {
    * @param {ScanInput} input
    * @param {{ mmPerUnit?: number }} [options] millimetres of the file's unit; default 1000 for glTF, which counts in metres, and 1 for OBJ and PLY,
    *   which do not say
-   * @returns {Promise<Scan>}
    * @throws {DeepSftError} `model-load`, `target-unusable`, `closed`
    */
   async readScan(input, { mmPerUnit } = {}) {
@@ -273,7 +270,6 @@ export class DeepSft {
    * The target that is meant.
    *
    * @param {Target | undefined} target
-   * @returns {Target}
    * @throws {DeepSftError} `target-unknown`
    */
   #chosen(target) {
@@ -295,7 +291,6 @@ export class DeepSft {
    *
    * @param {ImageInput} image
    * @param {EstimateOptions} [options]
-   * @returns {Promise<Estimate>}
    * @throws {DeepSftError} `target-unknown`, `image-unreadable`, `image-cross-origin`, `camera-intrinsics`, `gpu-lost`, `closed`
    */
   estimate(image, options = {}) {
@@ -372,7 +367,6 @@ function nameOf(image) {
  * Refuses settings that are no numbers; the tracker itself has the defaults of those that are absent.
  *
  * @param {Smoothing} smooth
- * @returns {Smoothing}
  */
 function checkedSmoothing(smooth) {
   const { minCutoff, beta } = smooth;

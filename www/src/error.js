@@ -79,7 +79,6 @@ export class DeepSftError extends Error {
  *
  * @param {unknown} error
  * @param {DeepSftErrorCode} [fallback]
- * @returns {DeepSftError}
  */
 export function asDeepSftError(error, fallback = "internal") {
   if (error instanceof DeepSftError) return error;
@@ -88,10 +87,7 @@ export function asDeepSftError(error, fallback = "internal") {
   return new DeepSftError(CODES.find((known) => known === code) ?? fallback, text, { cause: error });
 }
 
-/**
- * @param {unknown} cause the browser's own refusal
- * @returns {DeepSftError}
- */
+/** @param {unknown} cause the browser's own refusal */
 export function crossOriginError(cause) {
   return new DeepSftError(
     "image-cross-origin",

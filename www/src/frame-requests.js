@@ -95,7 +95,6 @@ export class FrameRequests {
    *
    * @param {Question} question
    * @param {boolean} estimated whether the network's answer is wanted as an estimate too
-   * @returns {Promise<{ answers: RawAnswer[], estimate: Estimate | null }>}
    */
   find(question, estimated) {
     return this.#inTurn(() => this.#find(question, estimated));
@@ -106,7 +105,6 @@ export class FrameRequests {
    *
    * @template T
    * @param {() => Promise<T>} request
-   * @returns {Promise<T>}
    */
   #inTurn(request) {
     const turn = this.#inFlight.then(request);
@@ -118,7 +116,6 @@ export class FrameRequests {
    * @param {ReadImage} image
    * @param {EstimateOptions} options
    * @param {number} began
-   * @returns {Promise<Estimate>}
    */
   async #estimate(image, { fit = false, ...options }, began) {
     const { answer, ...of } = await this.#ask(image, options, (worker, request) => worker.estimate({ ...request, fit }));
@@ -132,7 +129,6 @@ export class FrameRequests {
    * @param {ReadImage} image
    * @param {{ target?: Target, camera?: CameraOption }} options
    * @param {(worker: EngineWorker, request: { id: number, frame: ImageBitmap | ImageData, intrinsics: number[], source: CameraSource }) => Promise<T>} question
-   * @returns {Promise<{ answer: T, target: Target, camera: SourcedCamera, grabMs: number }>}
    */
   async #ask(image, { target: wanted, camera: cameraOption }, question) {
     if (this.#engine.closed) throw closedError();
@@ -185,7 +181,6 @@ export class FrameRequests {
   /**
    * @param {RawEstimate} raw
    * @param {{ target: Target, camera: SourcedCamera, grabMs: number, began: number }} of
-   * @returns {Estimate}
    */
   #estimateOf(raw, { target, camera, grabMs, began }) {
     const times = {

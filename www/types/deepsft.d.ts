@@ -123,7 +123,6 @@ export declare class DeepSft {
      *
      * @param {ModelInput | null} [model]
      * @param {LoadOptions} [options]
-     * @returns {Promise<DeepSft>}
      * @throws {DeepSftError} `browser-unsupported`, `engine-load`, `model-load`, `model-corrupt`, `model-version`, `webgpu-unavailable`,
      *   `gpu-lost`
      */
@@ -154,7 +153,6 @@ export declare class DeepSft {
      *
      * @param {TemplateInput} input address of the folder, relative to the page, or its files
      * @param {{ name?: string }} [options]
-     * @returns {Promise<Target>}
      * @throws {DeepSftError} `model-load`, `model-version`, `target-unusable`, `closed`
      */
     addTemplate(input: TemplateInput, { name }?: {
@@ -167,7 +165,6 @@ export declare class DeepSft {
      * @param {ScanInput} input
      * @param {{ mmPerUnit?: number }} [options] millimetres of the file's unit; default 1000 for glTF, which counts in metres, and 1 for OBJ and PLY,
      *   which do not say
-     * @returns {Promise<Scan>}
      * @throws {DeepSftError} `model-load`, `target-unusable`, `closed`
      */
     readScan(input: ScanInput, { mmPerUnit }?: {
@@ -199,7 +196,6 @@ export declare class DeepSft {
      *
      * @param {ImageInput} image
      * @param {EstimateOptions} [options]
-     * @returns {Promise<Estimate>}
      * @throws {DeepSftError} `target-unknown`, `image-unreadable`, `image-cross-origin`, `camera-intrinsics`, `gpu-lost`, `closed`
      */
     estimate(image: ImageInput, options?: EstimateOptions): Promise<Estimate>;

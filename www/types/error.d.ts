@@ -47,12 +47,8 @@ export declare class DeepSftError extends Error {
  *
  * @param {unknown} error
  * @param {DeepSftErrorCode} [fallback]
- * @returns {DeepSftError}
  */
 export declare function asDeepSftError(error: unknown, fallback?: DeepSftErrorCode): DeepSftError;
-/**
- * @param {unknown} cause the browser's own refusal
- * @returns {DeepSftError}
- */
+/** @param {unknown} cause the browser's own refusal */
 export declare function crossOriginError(cause: unknown): DeepSftError;
 export {};

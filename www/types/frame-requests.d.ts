@@ -77,7 +77,6 @@ export declare class FrameRequests {
      *
      * @param {Question} question
      * @param {boolean} estimated whether the network's answer is wanted as an estimate too
-     * @returns {Promise<{ answers: RawAnswer[], estimate: Estimate | null }>}
      */
     find(question: Question, estimated: boolean): Promise<{
         answers: RawAnswer[];

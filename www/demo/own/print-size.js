@@ -47,7 +47,6 @@ export function formatSize(widthMm, heightMm, unit = "mm") {
  *
  * @param {UsualSize} usual
  * @param {number} aspect width over height of the picture
- * @returns {{ widthMm: number, heightMm: number }}
  */
 export function largestOn(usual, aspect) {
   const [width, height] = layOut(usual, aspect);

@@ -20,7 +20,6 @@ const MIN_LENGTH = 64;
 /**
  * @param {Blob} file
  * @param {string} name
- * @returns {Promise<OpenedPicture>}
  * @throws {PictureError} `image-unreadable`, `picture-small`, `picture-empty`
  */
 export async function readPicture(file, name) {
@@ -33,7 +32,6 @@ export async function readPicture(file, name) {
  * @param {number} width pixels
  * @param {number} height
  * @param {string} name
- * @returns {OpenedPicture}
  */
 export function pictureFrom(image, width, height, name) {
   if (Math.min(width, height) < MIN_LENGTH)

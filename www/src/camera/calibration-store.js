@@ -24,20 +24,14 @@ function withStorage(action) {
   }
 }
 
-/**
- * @param {string | null} text focal length and deviation, or the focal length alone, as earlier versions wrote it
- * @returns {Calibration | null}
- */
+/** @param {string | null} text focal length and deviation, or the focal length alone, as earlier versions wrote it */
 function parsed(text) {
   const [focal, spread] = (text ?? "").split(" ").map(Number);
   if (!(Number.isFinite(focal) && focal > 0)) return null;
   return { focal, spread: Number.isFinite(spread) && spread > 0 ? spread : null };
 }
 
-/**
- * @param {string} key
- * @returns {Calibration | null}
- */
+/** @param {string} key */
 export function readCalibration(key) {
   if (!known.has(key)) {
     known.set(key, null);

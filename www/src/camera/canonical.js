@@ -17,7 +17,6 @@ export const CANONICAL_FOCAL = 380;
  * Columns and rows of the canonical image, and of the maps: the canonical camera is held upright where the camera's image is upright.
  *
  * @param {{ width: number, height: number }} camera
- * @returns {{ width: number, height: number }}
  */
 export function canonicalSize({ width, height }) {
   return height > width

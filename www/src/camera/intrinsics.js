@@ -64,7 +64,6 @@ export const TYPICAL_FOCAL_FRACTION = 0.79;
  *
  * @param {number} width pixels
  * @param {number} height pixels
- * @returns {SourcedCamera}
  */
 export function estimatedCamera(width, height) {
   return centredCamera(width, height, TYPICAL_FOCAL_FRACTION * Math.max(width, height), "estimated");
@@ -139,7 +138,6 @@ function turned({ width, height, fx, fy, cx, cy, distortion: [k1, k2, p1, p2, k3
  * @param {CameraOption | undefined} option
  * @param {{ frame: { width: number, height: number }, width: number, height: number }} image the frame as it goes to the
  *   engine, and the size with which it came, pixels
- * @returns {SourcedCamera}
  * @throws {DeepSftError} `camera-intrinsics`
  */
 export function cameraForFrame(option, { frame, width, height }) {

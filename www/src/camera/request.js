@@ -53,7 +53,6 @@ export function stopStream(stream) {
  * A stream of the first wish that can be met.
  *
  * @param {MediaTrackConstraints[]} wishes from the best to the least that is any use
- * @returns {Promise<MediaStream>}
  * @throws {DeepSftError} `camera-denied`, `camera-blocked`, `camera-not-found`, `camera-busy`, `camera-constraints`, `camera-unsupported`, `insecure-context`
  */
 async function requestFirst(wishes) {
@@ -81,7 +80,6 @@ async function requestFirst(wishes) {
  * A stream of the camera that is wanted, or, where no camera meets the wishes, of any.
  *
  * @param {OpenCameraOptions} options
- * @returns {Promise<MediaStream>}
  * @throws {DeepSftError} `camera-denied`, `camera-blocked`, `camera-not-found`, `camera-busy`, `camera-constraints`, `camera-unsupported`, `insecure-context`
  */
 export async function requestStream({ facing = "environment", deviceId }) {
@@ -100,7 +98,6 @@ export async function requestStream({ facing = "environment", deviceId }) {
  * A stream of this camera and no other.
  *
  * @param {string} deviceId
- * @returns {Promise<MediaStream>}
  * @throws {DeepSftError} as {@link requestStream}
  */
 export function requestCamera(deviceId) {
@@ -138,7 +135,6 @@ export function facingOf(device) {
  * What a camera can do; nothing where the browser does not tell.
  *
  * @param {MediaDeviceInfo} device
- * @returns {MediaTrackCapabilities}
  */
 function capabilitiesOf(device) {
   return /** @type {Partial<InputDeviceInfo>} */ (device).getCapabilities?.() ?? {};
@@ -149,7 +145,6 @@ function capabilitiesOf(device) {
  * the main camera does not open.
  *
  * @param {MediaStream} stream
- * @returns {Promise<MediaStream>}
  */
 async function preferMainCamera(stream) {
   const current = stream.getVideoTracks()[0].getSettings().deviceId;
@@ -170,7 +165,6 @@ const OTHER_LENS = /\b(ultra|wide|tele|telephoto|macro|zoom|depth|infrared|dual|
  *
  * @param {MediaDeviceInfo[]} devices
  * @param {string | undefined} current
- * @returns {string | null}
  */
 function mainBackCamera(devices, current) {
   const backs = devices.filter((device) => device.kind === "videoinput" && facingOf(device) === "environment").map((device) => {

@@ -37,7 +37,6 @@ function widestFocal(camera) {
  * through the middle of its sides, cut to the image. All but very wide images are seen whole.
  *
  * @param {Camera} camera
- * @returns {{ left: number, top: number, right: number, bottom: number }}
  */
 export function visibleRegion(camera) {
   const { width, height } = canonicalSize(camera);

@@ -33,7 +33,6 @@ const SHA256 = /^[0-9a-f]{64}$/;
  * @param {(bytes: number) => void} [options.onBytes] called with the length of each chunk
  * @param {RequestCache} [options.cache] how to use what the browser has kept of earlier answers
  * @param {HeadersInit} [options.headers] of the request
- * @returns {Promise<Uint8Array<ArrayBuffer>>}
  * @throws {DeepSftError} `model-load`
  */
 export async function fetchBytes(url, signal, { onBytes = () => undefined, ...request } = {}) {
@@ -62,7 +61,6 @@ export async function fetchBytes(url, signal, { onBytes = () => undefined, ...re
  *
  * @param {Uint8Array} manifest
  * @param {URL} url for the message
- * @returns {Map<string, { size: number, sha256: string | null }>}
  */
 function listedFiles(manifest, url) {
   let description;

@@ -72,7 +72,6 @@ const MOVED_BY_VITE = /\/\.vite\//;
  * @param {object} [options]
  * @param {(progress: LoadProgress) => void} [options.onProgress]
  * @param {AbortSignal} [options.signal]
- * @returns {Promise<WebAssembly.Module>}
  * @throws {DeepSftError} `engine-load`
  */
 export async function compileEngine(url, { onProgress, signal } = {}) {

@@ -38,7 +38,6 @@ export class KeptFiles {
    *
    * @param {string} name
    * @param {string} sha256 of its content, hexadecimal
-   * @returns {Promise<Uint8Array<ArrayBuffer> | null>}
    */
   async take(name, sha256) {
     const key = this.#key(name, sha256);

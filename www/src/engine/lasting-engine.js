@@ -57,7 +57,6 @@ export class LastingEngine {
   /**
    * @param {StartPlan} plan
    * @param {AbortSignal | undefined} signal
-   * @returns {Promise<LastingEngine>}
    * @throws {DeepSftError}
    */
   static async start(plan, signal) {
@@ -101,7 +100,6 @@ export class LastingEngine {
    *
    * @template T
    * @param {(worker: EngineWorker) => Promise<T>} work
-   * @returns {Promise<T>}
    */
   async run(work) {
     for (let deaths = 0; ; ) {

@@ -18,7 +18,6 @@ const packagedWorker = () => new Worker(new URL("../worker.js", import.meta.url)
  * script of this page's own.
  *
  * @param {URL | undefined} url address of worker.js; the package's own when absent
- * @returns {Worker}
  * @throws {DeepSftError} `engine-load`
  */
 function startWorker(url) {
@@ -42,7 +41,6 @@ function startWorker(url) {
  *
  * @param {() => Worker} start
  * @param {(address: string, options: WorkerOptions) => string} replaced
- * @returns {Worker}
  */
 function withAddress(start, replaced) {
   const { Worker: PageWorker } = self;
@@ -190,7 +188,6 @@ export class WorkerCalls {
   /**
    * @param {string} method
    * @param {{ frame?: ImageBitmap | ImageData }} request
-   * @returns {Promise<any>}
    */
   call(method, request) {
     if (this.#ended) return Promise.reject(this.#ended.reason);

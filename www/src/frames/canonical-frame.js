@@ -75,7 +75,6 @@ export function canonicalFrame(frame, camera, asPixels = false, focal = CANONICA
  * thirds of the time that the browser takes to do the same by itself.
  *
  * @param {ImageBitmap} frame
- * @returns {OffscreenCanvas | null}
  */
 function halfOf(frame) {
   const [width, height] = [frame.width >> 1, frame.height >> 1];

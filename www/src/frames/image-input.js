@@ -27,7 +27,6 @@ const LOOK_MS = 10;
  *
  * @param {ImageInput} image
  * @param {AbortSignal} [signal]
- * @returns {Promise<ReadImage>}
  * @throws {DeepSftError} `image-unreadable`
  */
 export async function readImage(image, signal) {
@@ -90,7 +89,6 @@ export async function transferableFrame(image) {
  *
  * @param {ImageBitmap | ImageData} frame
  * @param {number} longestSide pixels
- * @returns {Promise<ImageData>}
  * @throws {DeepSftError} `internal`, `image-cross-origin`
  */
 export async function opaquePixels(frame, longestSide) {

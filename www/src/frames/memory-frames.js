@@ -53,7 +53,6 @@ export class MemoryFrames {
   /**
    * @param {number} width
    * @param {number} height
-   * @returns {Memory}
    */
   #ofSize(width, height) {
     if (this.#memory?.pixels.width === width && this.#memory.pixels.height === height) return this.#memory;

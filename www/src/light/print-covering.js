@@ -68,7 +68,6 @@ function ramp(value, { from, fully }) {
 /**
  * @param {Uint32Array} faces
  * @param {number} count of vertices
- * @returns {number[][]}
  */
 function neighboursOf(faces, count) {
   const sets = Array.from({ length: count }, () => /** @type {Set<number>} */ (new Set()));

@@ -47,7 +47,6 @@ export class TemplateLight {
    *
    * @param {number} u
    * @param {number} v
-   * @returns {number}
    */
   placeOf(u, v) {
     const column = Math.min(this.width - 1, Math.max(0, Math.floor(u * this.width)));

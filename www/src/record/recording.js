@@ -85,7 +85,6 @@ export class Recording {
  *
  * @param {Blob} blob
  * @param {string} name without its ending
- * @returns {Promise<void>}
  */
 export async function shareFile(blob, name) {
   const [type] = blob.type.split(";");

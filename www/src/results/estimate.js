@@ -57,7 +57,6 @@ export class EstimateMap {
   /**
    * The values themselves, not a copy.
    *
-   * @returns {A}
    * @throws {DeepSftError} `closed`
    */
   values() {
@@ -68,7 +67,6 @@ export class EstimateMap {
   /**
    * A copy of the values.
    *
-   * @returns {Float32Array<ArrayBuffer>}
    * @throws {DeepSftError} `closed`
    */
   toFloat32Array() {

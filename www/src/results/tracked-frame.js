@@ -92,7 +92,6 @@ export class TrackedFrame {
    * All copies of a target's print in this frame, found or not, by number.
    *
    * @param {Target} target
-   * @returns {TrackedTarget[]}
    */
   copiesOf(target) {
     return this.targets.filter((tracked) => tracked.target === target);

@@ -31,7 +31,6 @@ const ANISOTROPY = 8;
  * @param {PrintInput} input
  * @param {HTMLElement} place where a film lies in the page: iPhones play no other
  * @param {AbortSignal} signal
- * @returns {Promise<Print>}
  * @throws {DeepSftError} `image-unreadable`, `image-cross-origin`
  */
 export async function printOf(input, place, signal) {
@@ -53,7 +52,6 @@ export async function printOf(input, place, signal) {
 /**
  * @param {HTMLCanvasElement | OffscreenCanvas} canvas
  * @param {boolean} isLive
- * @returns {Print}
  */
 function canvasPrint(canvas, isLive) {
   const texture = printed(new CanvasTexture(canvas));

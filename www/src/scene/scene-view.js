@@ -154,7 +154,6 @@ export class SceneView extends Announcer {
    *
    * @param {ImageInput} picture
    * @param {PictureOptions} [options]
-   * @returns {Promise<SceneSheet>}
    * @throws {DeepSftError} as `sft.addPicture`
    */
   async addPicture(picture, options) {
@@ -205,11 +204,7 @@ export class SceneView extends Announcer {
     }
   }
 
-  /**
-   * What is seen now, not mirrored, as a PNG.
-   *
-   * @returns {Promise<Blob>}
-   */
+  /** What is seen now, not mirrored, as a PNG. */
   shot() {
     this.#draw(performance.now());
     return pictureOf(this.#drawInto(recordingCanvas(this.#element)));

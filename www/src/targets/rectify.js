@@ -30,7 +30,6 @@ export function isPrintOutline(corners) {
  *
  * @param {PrintCorners} corners
  * @param {{ fx: number, fy: number, cx: number, cy: number }} camera pixels of the same photograph; its distortion is neglected
- * @returns {number}
  * @throws {DeepSftError} `invalid-argument` for corners that are no {@link isPrintOutline outline}
  */
 export function printAspect(corners, { fx, fy, cx, cy }) {

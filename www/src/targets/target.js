@@ -56,10 +56,7 @@ export class Target {
   }
 }
 
-/**
- * @param {string} message
- * @returns {DeepSftError}
- */
+/** @param {string} message */
 export function unknownTarget(message) {
   return new DeepSftError("target-unknown", message);
 }

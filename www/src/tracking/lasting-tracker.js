@@ -116,7 +116,6 @@ export class LastingTracker {
    * What is told of a frame with which the worker died.
    *
    * @param {FollowRequest} request
-   * @returns {Awaited<ReturnType<TrackerWorker["follow"]>>}
    */
   #lost({ focal = CANONICAL_FOCAL }) {
     const nothing = { surface: null, correlation: 0, iterations: 0 };

@@ -163,11 +163,7 @@ export class Session extends Announcer {
     return this.#end !== null;
   }
 
-  /**
-   * The frames, once: a second loop goes on where the first one is.
-   *
-   * @returns {AsyncGenerator<TrackedFrame, void, void>}
-   */
+  /** The frames, once: a second loop goes on where the first one is. */
   [Symbol.asyncIterator]() {
     return this.#iterator;
   }
@@ -410,11 +406,7 @@ export class Session extends Announcer {
     }
   }
 
-  /**
-   * The question for the finders, which is asked once; null when there is none.
-   *
-   * @returns {NextFrame["question"]}
-   */
+  /** The question for the finders, which is asked once; null when there is none. */
   #takeQuestion() {
     const { question } = this.#next;
     if (!question) return null;

@@ -2,10 +2,7 @@ export type Calibration = {
     focal: number;
     spread: number | null;
 };
-/**
- * @param {string} key
- * @returns {Calibration | null}
- */
+/** @param {string} key */
 export declare function readCalibration(key: string): Calibration | null;
 /**
  * @param {string} key

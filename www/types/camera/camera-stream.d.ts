@@ -6,7 +6,6 @@ import type { Facing, OpenCameraOptions } from "./request.js";
  *
  * @param {HTMLVideoElement} video must be in the document (iOS plays no other); it is set to play inline and muted
  * @param {OpenCameraOptions} [options]
- * @returns {Promise<CameraStream>}
  * @throws {DeepSftError} `camera-denied`, `camera-blocked`, `camera-not-found`, `camera-busy`, `camera-constraints`, `camera-unsupported`,
  *   `insecure-context`, `camera-lost`, `play-refused`, `closed` where something else was given to the video meanwhile
  */

@@ -11,7 +11,6 @@ import type { Camera } from "./intrinsics.js";
  * Columns and rows of the canonical image, and of the maps: the canonical camera is held upright where the camera's image is upright.
  *
  * @param {{ width: number, height: number }} camera
- * @returns {{ width: number, height: number }}
  */
 export declare function canonicalSize({ width, height }: {
     width: number;

@@ -94,7 +94,6 @@ export declare const TYPICAL_FOCAL_FRACTION = 0.79;
  *
  * @param {number} width pixels
  * @param {number} height pixels
- * @returns {SourcedCamera}
  */
 export declare function estimatedCamera(width: number, height: number): SourcedCamera;
 /**
@@ -124,7 +123,6 @@ export declare function cameraForImage(camera: KnownCamera, width: number, heigh
  * @param {CameraOption | undefined} option
  * @param {{ frame: { width: number, height: number }, width: number, height: number }} image the frame as it goes to the
  *   engine, and the size with which it came, pixels
- * @returns {SourcedCamera}
  * @throws {DeepSftError} `camera-intrinsics`
  */
 export declare function cameraForFrame(option: CameraOption | undefined, { frame, width, height }: {

@@ -19,7 +19,6 @@ export declare function stopStream(stream: MediaStream): void;
  * A stream of the camera that is wanted, or, where no camera meets the wishes, of any.
  *
  * @param {OpenCameraOptions} options
- * @returns {Promise<MediaStream>}
  * @throws {DeepSftError} `camera-denied`, `camera-blocked`, `camera-not-found`, `camera-busy`, `camera-constraints`, `camera-unsupported`, `insecure-context`
  */
 export declare function requestStream({ facing, deviceId }: OpenCameraOptions): Promise<MediaStream>;
@@ -27,7 +26,6 @@ export declare function requestStream({ facing, deviceId }: OpenCameraOptions): 
  * A stream of this camera and no other.
  *
  * @param {string} deviceId
- * @returns {Promise<MediaStream>}
  * @throws {DeepSftError} as {@link requestStream}
  */
 export declare function requestCamera(deviceId: string): Promise<MediaStream>;

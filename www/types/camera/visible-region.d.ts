@@ -4,7 +4,6 @@ import type { Camera } from "./intrinsics.js";
  * through the middle of its sides, cut to the image. All but very wide images are seen whole.
  *
  * @param {Camera} camera
- * @returns {{ left: number, top: number, right: number, bottom: number }}
  */
 export declare function visibleRegion(camera: Camera): {
     left: number;

@@ -18,7 +18,6 @@ export type ModelInput = string | URL | Iterable<File> | Map<string, Uint8Array>
  * @param {(bytes: number) => void} [options.onBytes] called with the length of each chunk
  * @param {RequestCache} [options.cache] how to use what the browser has kept of earlier answers
  * @param {HeadersInit} [options.headers] of the request
- * @returns {Promise<Uint8Array<ArrayBuffer>>}
  * @throws {DeepSftError} `model-load`
  */
 export declare function fetchBytes(url: URL, signal: AbortSignal | undefined, { onBytes, ...request }?: {

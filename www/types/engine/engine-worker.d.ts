@@ -78,7 +78,6 @@ export type MeshRequest = {
  * @param {object} [options]
  * @param {(progress: LoadProgress) => void} [options.onProgress]
  * @param {AbortSignal} [options.signal]
- * @returns {Promise<WebAssembly.Module>}
  * @throws {DeepSftError} `engine-load`
  */
 export declare function compileEngine(url: URL, { onProgress, signal }?: {

@@ -19,7 +19,6 @@ export declare class KeptFiles {
      *
      * @param {string} name
      * @param {string} sha256 of its content, hexadecimal
-     * @returns {Promise<Uint8Array<ArrayBuffer> | null>}
      */
     take(name: string, sha256: string): Promise<Uint8Array<ArrayBuffer> | null>;
     /**

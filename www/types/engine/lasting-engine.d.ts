@@ -27,7 +27,6 @@ export declare class LastingEngine {
     /**
      * @param {StartPlan} plan
      * @param {AbortSignal | undefined} signal
-     * @returns {Promise<LastingEngine>}
      * @throws {DeepSftError}
      */
     static start(plan: StartPlan, signal: AbortSignal | undefined): Promise<LastingEngine>;
@@ -65,7 +64,6 @@ export declare class LastingEngine {
      *
      * @template T
      * @param {(worker: EngineWorker) => Promise<T>} work
-     * @returns {Promise<T>}
      */
     run<T>(work: (worker: EngineWorker) => Promise<T>): Promise<T>;
 }

@@ -39,7 +39,6 @@ export declare class WorkerCalls<Host extends Record<string, (request: any) => u
     /**
      * @param {string} method
      * @param {{ frame?: ImageBitmap | ImageData }} request
-     * @returns {Promise<any>}
      */
     call(method: string, request: {
         frame?: ImageBitmap | ImageData;

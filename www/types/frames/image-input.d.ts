@@ -17,7 +17,6 @@ export declare const MAX_PIXELS = 16777216;
  *
  * @param {ImageInput} image
  * @param {AbortSignal} [signal]
- * @returns {Promise<ReadImage>}
  * @throws {DeepSftError} `image-unreadable`
  */
 export declare function readImage(image: ImageInput, signal?: AbortSignal): Promise<ReadImage>;
@@ -38,7 +37,6 @@ export declare function transferableFrame(image: ReadImage): Promise<{
  *
  * @param {ImageBitmap | ImageData} frame
  * @param {number} longestSide pixels
- * @returns {Promise<ImageData>}
  * @throws {DeepSftError} `internal`, `image-cross-origin`
  */
 export declare function opaquePixels(frame: ImageBitmap | ImageData, longestSide: number): Promise<ImageData>;

@@ -23,7 +23,6 @@ export declare class TemplateLight {
      *
      * @param {number} u
      * @param {number} v
-     * @returns {number}
      */
     placeOf(u: number, v: number): number;
     /**

@@ -36,6 +36,5 @@ export declare class Recording {
  *
  * @param {Blob} blob
  * @param {string} name without its ending
- * @returns {Promise<void>}
  */
 export declare function shareFile(blob: Blob, name: string): Promise<void>;

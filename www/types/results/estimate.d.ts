@@ -59,14 +59,12 @@ export declare class EstimateMap<A extends Float32Array | Uint8Array> {
     /**
      * The values themselves, not a copy.
      *
-     * @returns {A}
      * @throws {DeepSftError} `closed`
      */
     values(): A;
     /**
      * A copy of the values.
      *
-     * @returns {Float32Array<ArrayBuffer>}
      * @throws {DeepSftError} `closed`
      */
     toFloat32Array(): Float32Array<ArrayBuffer>;

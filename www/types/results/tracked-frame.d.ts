@@ -102,7 +102,6 @@ export declare class TrackedFrame {
      * All copies of a target's print in this frame, found or not, by number.
      *
      * @param {Target} target
-     * @returns {TrackedTarget[]}
      */
     copiesOf(target: Target): TrackedTarget[];
     /** Of the first target, for pages that follow one: whether it is found. */

@@ -11,7 +11,6 @@ export type Print = {
  * @param {PrintInput} input
  * @param {HTMLElement} place where a film lies in the page: iPhones play no other
  * @param {AbortSignal} signal
- * @returns {Promise<Print>}
  * @throws {DeepSftError} `image-unreadable`, `image-cross-origin`
  */
 export declare function printOf(input: PrintInput, place: HTMLElement, signal: AbortSignal): Promise<Print>;

@@ -46,7 +46,6 @@ export declare class SceneView extends Announcer<SceneEvents> {
      *
      * @param {ImageInput} picture
      * @param {PictureOptions} [options]
-     * @returns {Promise<SceneSheet>}
      * @throws {DeepSftError} as `sft.addPicture`
      */
     addPicture(picture: ImageInput, options?: PictureOptions): Promise<SceneSheet>;
@@ -58,11 +57,7 @@ export declare class SceneView extends Announcer<SceneEvents> {
      * @throws {DeepSftError} `target-unknown`
      */
     sheet(target?: Target): SceneSheet;
-    /**
-     * What is seen now, not mirrored, as a PNG.
-     *
-     * @returns {Promise<Blob>}
-     */
+    /** What is seen now, not mirrored, as a PNG. */
     shot(): Promise<Blob>;
     /**
      * Records what is seen from now on, for two minutes at most.

@@ -11,7 +11,6 @@ export declare function isPrintOutline(corners: PrintCorners): boolean;
  *
  * @param {PrintCorners} corners
  * @param {{ fx: number, fy: number, cx: number, cy: number }} camera pixels of the same photograph; its distortion is neglected
- * @returns {number}
  * @throws {DeepSftError} `invalid-argument` for corners that are no {@link isPrintOutline outline}
  */
 export declare function printAspect(corners: PrintCorners, { fx, fy, cx, cy }: {

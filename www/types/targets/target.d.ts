@@ -57,8 +57,5 @@ export declare class Target {
      */
     constructor(id: number, name: string, kind: TargetKind, { width, height, rgba, sizeMm: [widthMm, heightMm], mesh, grade }: TargetDescription, hasSize?: boolean);
 }
-/**
- * @param {string} message
- * @returns {DeepSftError}
- */
+/** @param {string} message */
 export declare function unknownTarget(message: string): DeepSftError;

@@ -122,11 +122,7 @@ export declare class Session extends Announcer<SessionEvents> {
     get targets(): Target[];
     /** Whether it is over. */
     get closed(): boolean;
-    /**
-     * The frames, once: a second loop goes on where the first one is.
-     *
-     * @returns {AsyncGenerator<TrackedFrame, void, void>}
-     */
+    /** The frames, once: a second loop goes on where the first one is. */
     [Symbol.asyncIterator](): AsyncGenerator<TrackedFrame, void, void>;
     /** Ends it: the loop over its frames ends without an error. */
     close(): void;
