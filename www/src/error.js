@@ -20,7 +20,7 @@
  * | `model-load` | a file of the model or template could not be fetched |
  * | `model-corrupt` | a file of the model is truncated or does not have the hash that `model.json` records |
  * | `model-version` | the model or template needs a newer version of this package |
- * | `webgpu-unavailable` | no WebGPU, no adapter, or one whose limits are too small (only with `device: "webgpu"`) |
+ * | `webgpu-unavailable` | no WebGPU, no adapter, or one that the engine does not start on (only with `device: "webgpu"`) |
  * | `gpu-lost` | the GPU was lost and could not be started again, or was lost too often (only with `device: "webgpu"`) |
  * | `invalid-argument` | an argument that cannot be: a width of 0, a place beside the print, an element that the page does not have |
  * | `target-unusable` | a picture or template that cannot be looked for: blank, too small, of no sensible size, twice the same |

@@ -1,5 +1,7 @@
 // What lies in front of the sheet: the network's mask, carried along on the mesh.
 
+import { ramp } from "./ramp.js";
+
 /** Meshes that are remembered until the network's answer to their frame is there. */
 const MAX_REMEMBERED = 60;
 
@@ -75,10 +77,7 @@ export class MaskCovering {
  * @returns {Float32Array}
  */
 export function confirmed(seen, confidence) {
-  return seen.map((fraction, i) => {
-    const shown = (confidence[i] - SHOWN.from) / (SHOWN.fully - SHOWN.from);
-    return Math.max(fraction, Math.min(1, Math.max(0, shown)));
-  });
+  return seen.map((fraction, i) => Math.max(fraction, ramp(confidence[i], SHOWN)));
 }
 
 /**

@@ -1,5 +1,8 @@
 // What lies in front of a print that no network looks at: where its detail should be seen, and is not.
 
+import { ramp } from "./ramp.js";
+import { luminanceOf } from "./template-light.js";
+
 /** @import { SurfaceMesh } from "../results/surface-mesh.js" */
 /** @import { Target } from "../targets/target.js" */
 
@@ -58,14 +61,6 @@ export class PrintCovering {
 }
 
 /**
- * @param {number} value
- * @param {{ from: number, fully: number }} range
- */
-function ramp(value, { from, fully }) {
-  return Math.min(1, Math.max(0, (value - from) / (fully - from)));
-}
-
-/**
  * @param {Uint32Array} faces
  * @param {number} count of vertices
  */
@@ -89,7 +84,7 @@ function detailOf({ data, width, height }, textureCoordinates, neighbours) {
   const pixel = (/** @type {number} */ at, /** @type {number} */ side) => Math.min(side - 1, Math.max(0, Math.floor(at * side)));
   const luminance = (/** @type {number} */ u, /** @type {number} */ v) => {
     const i = 4 * (pixel(v, height) * width + pixel(u, width));
-    return 0.2126 * data[i] + 0.7152 * data[i + 1] + 0.0722 * data[i + 2];
+    return luminanceOf(data[i], data[i + 1], data[i + 2]);
   };
   return Float32Array.from(neighbours, (around, i) => {
     const [u, v] = textureCoordinates.subarray(2 * i, 2 * i + 2);

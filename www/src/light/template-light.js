@@ -66,7 +66,7 @@ export class TemplateLight {
 }
 
 /**
- * Luminance of a colour in linear light.
+ * Luminance of a colour, of linear light or of bytes as they are.
  *
  * @param {number} r
  * @param {number} g

@@ -1,6 +1,7 @@
 // The light on a mesh by its vertices.
 
 import { verticesInImage } from "../camera/canonical.js";
+import { gentleRamp } from "./ramp.js";
 import { LIGHT_FLOOR, LINEAR_OF_SRGB, MAX_LIGHT, luminanceOf } from "./template-light.js";
 
 /** @import { SourcedCamera } from "../camera/intrinsics.js" */
@@ -10,6 +11,8 @@ import { LIGHT_FLOOR, LINEAR_OF_SRGB, MAX_LIGHT, luminanceOf } from "./template-
 
 /** What is printed on a face is the mean of its cells, of so many along each edge. */
 const PRINTED_AT = 4;
+/** Fraction of a face that is seen, from which on it counts. */
+const COUNTS = { from: 0.4, fully: 0.9 };
 
 /** What is seen divided by what is printed, both the mean of the faces around a vertex and of those around its neighbours. */
 export class VertexLight {
@@ -47,7 +50,8 @@ export class VertexLight {
   of(vertices, seen, camera, frame) {
     const luminance = luminances(frame);
     const points = verticesInImage(vertices, camera, frame.width / camera.width);
-    const sums = noSums(seen.length);
+    // Of each vertex: luminance seen and printed, both times their weight, and the weight.
+    const sums = new Float32Array(3 * seen.length);
     const faces = this.#faces;
     for (let i = 0; i < faces.length; i += 3) {
       const [a, b, c] = [faces[i], faces[i + 1], faces[i + 2]];
@@ -55,73 +59,43 @@ export class VertexLight {
       const [ay, by, cy] = [points[2 * a + 1], points[2 * b + 1], points[2 * c + 1]];
       // Twice the area in the image, where y points down: negative where the back is seen.
       const area = (cx - ax) * (by - ay) - (bx - ax) * (cy - ay);
-      const weight = area * ramp((seen[a] + seen[b] + seen[c]) / 3);
+      const weight = area * gentleRamp((seen[a] + seen[b] + seen[c]) / 3, COUNTS);
       if (!(weight > 0)) continue;
       // The mean of three places, each half way from the middle to a corner.
       const [x, y] = [ax + bx + cx, ay + by + cy];
       const nearA = sampled(luminance, frame, (x + 3 * ax) / 6, (y + 3 * ay) / 6);
       const nearB = sampled(luminance, frame, (x + 3 * bx) / 6, (y + 3 * by) / 6);
       const nearC = sampled(luminance, frame, (x + 3 * cx) / 6, (y + 3 * cy) / 6);
-      add(sums, a, b, c, (weight * (nearA + nearB + nearC)) / 3, weight * this.#printed[i / 3], weight);
+      for (let k = 0; k < 3; k++) {
+        const at = 3 * faces[i + k];
+        sums[at] += (weight * (nearA + nearB + nearC)) / 3;
+        sums[at + 1] += weight * this.#printed[i / 3];
+        sums[at + 2] += weight;
+      }
     }
     const spread = this.#spread(sums);
-    return spread.weight.map((weight, i) => {
+    return seen.map((_, i) => {
+      const weight = spread[3 * i + 2];
       if (weight < 1e-6) return 1;
-      const light = (spread.seen[i] / weight + LIGHT_FLOOR) / (spread.printed[i] / weight + LIGHT_FLOOR);
-      return Math.min(MAX_LIGHT, light);
+      return Math.min(MAX_LIGHT, (spread[3 * i] / weight + LIGHT_FLOOR) / (spread[3 * i + 1] / weight + LIGHT_FLOOR));
     });
   }
 
-  /** Each vertex's sums and those of its neighbours. @param {Sums} sums @returns {Sums} */
-  #spread({ seen, printed, weight }) {
-    const spread = noSums(weight.length);
+  /** Each vertex's sums and those of its neighbours. @param {Float32Array} sums */
+  #spread(sums) {
+    const spread = new Float32Array(sums.length);
     const faces = this.#faces;
     for (let i = 0; i < faces.length; i += 3) {
-      const [a, b, c] = [faces[i], faces[i + 1], faces[i + 2]];
-      add(spread, a, b, c, seen[a] + seen[b] + seen[c], printed[a] + printed[b] + printed[c], weight[a] + weight[b] + weight[c]);
+      const [a, b, c] = [3 * faces[i], 3 * faces[i + 1], 3 * faces[i + 2]];
+      for (let k = 0; k < 3; k++) {
+        const sum = sums[a + k] + sums[b + k] + sums[c + k];
+        spread[a + k] += sum;
+        spread[b + k] += sum;
+        spread[c + k] += sum;
+      }
     }
     return spread;
   }
-}
-
-/**
- * By vertex: luminance seen and printed, both times their weight.
- *
- * @typedef {{ seen: Float32Array, printed: Float32Array, weight: Float32Array }} Sums
- */
-
-/** @param {number} count of vertices @returns {Sums} */
-function noSums(count) {
-  return { seen: new Float32Array(count), printed: new Float32Array(count), weight: new Float32Array(count) };
-}
-
-/**
- * Adds to the sums of a face's corners.
- *
- * @param {Sums} sums
- * @param {number} a
- * @param {number} b
- * @param {number} c
- * @param {number} seen
- * @param {number} printed
- * @param {number} weight
- */
-function add(sums, a, b, c, seen, printed, weight) {
-  sums.seen[a] += seen;
-  sums.seen[b] += seen;
-  sums.seen[c] += seen;
-  sums.printed[a] += printed;
-  sums.printed[b] += printed;
-  sums.printed[c] += printed;
-  sums.weight[a] += weight;
-  sums.weight[b] += weight;
-  sums.weight[c] += weight;
-}
-
-/** How far a face counts of which so much is seen. @param {number} seen */
-function ramp(seen) {
-  const x = Math.min(1, Math.max(0, (seen - 0.4) / 0.5));
-  return x * x * (3 - 2 * x);
 }
 
 /** @param {{ data: Uint8ClampedArray }} frame */

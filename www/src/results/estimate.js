@@ -13,14 +13,7 @@ import { SurfaceMesh } from "./surface-mesh.js";
  * `network`, `judge` (confidence), `features` (finding a picture, warp and fit included), `fit` (of a mesh to what
  * the network found, where it was asked for), and `total`, from the call to the result.
  *
- * @typedef {object} EstimateTimes
- * @property {number} captureMs
- * @property {number} warpMs
- * @property {number} networkMs
- * @property {number} judgeMs
- * @property {number} featuresMs
- * @property {number} fitMs
- * @property {number} totalMs
+ * @typedef {Record<`${"capture" | "warp" | "network" | "judge" | "features" | "fit" | "total"}Ms`, number>} EstimateTimes
  */
 
 /**

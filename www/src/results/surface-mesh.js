@@ -127,24 +127,16 @@ export function vertexNormals(vertices, faces, normals) {
     const x = uy * vz - uz * vy;
     const y = uz * vx - ux * vz;
     const z = ux * vy - uy * vx;
-    normals[a] += x;
-    normals[a + 1] += y;
-    normals[a + 2] += z;
-    normals[b] += x;
-    normals[b + 1] += y;
-    normals[b + 2] += z;
-    normals[c] += x;
-    normals[c + 1] += y;
-    normals[c + 2] += z;
+    for (let k = 0; k < 3; k++) {
+      const at = 3 * faces[i + k];
+      normals[at] += x;
+      normals[at + 1] += y;
+      normals[at + 2] += z;
+    }
   }
   for (let i = 0; i < normals.length; i += 3) {
-    const x = normals[i];
-    const y = normals[i + 1];
-    const z = normals[i + 2];
-    const length = Math.sqrt(x * x + y * y + z * z) || 1;
-    normals[i] = x / length;
-    normals[i + 1] = y / length;
-    normals[i + 2] = z / length;
+    const length = Math.sqrt(normals[i] ** 2 + normals[i + 1] ** 2 + normals[i + 2] ** 2) || 1;
+    for (let k = 0; k < 3; k++) normals[i + k] /= length;
   }
   return normals;
 }

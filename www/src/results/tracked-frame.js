@@ -13,15 +13,7 @@
 
 /** One target in one frame of a video. */
 export class TrackedTarget {
-  /**
-   * @param {object} contents
-   * @param {Target} contents.target
-   * @param {number} [contents.copy]
-   * @param {SurfaceMesh | null} contents.mesh
-   * @param {boolean} contents.held
-   * @param {number} contents.correlation
-   * @param {number} contents.iterations
-   */
+  /** @param {{ target: Target, copy?: number, mesh: SurfaceMesh | null, held: boolean, correlation: number, iterations: number }} contents */
   constructor({ target, copy = 0, mesh, held, correlation, iterations }) {
     /** What is followed. */
     this.target = target;

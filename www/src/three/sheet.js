@@ -3,6 +3,7 @@
 import { BufferAttribute, DoubleSide, DynamicDrawUsage, Group, Mesh, MeshBasicMaterial, ShaderMaterial, ShadowMaterial } from "three";
 import { MaskCovering } from "../light/mask-covering.js";
 import { PrintCovering } from "../light/print-covering.js";
+import { gentleRamp } from "../light/ramp.js";
 import { smallPixels } from "../light/small-frame.js";
 import { TemplateLight } from "../light/template-light.js";
 import { VertexLight } from "../light/vertex-light.js";
@@ -212,8 +213,7 @@ export class Sheet extends Group {
     const seen = covering instanceof MaskCovering ? covering.follow(number, mesh, certain) : covering.follow(mesh, certain);
     const light = vertices.of(mesh.vertices, seen, camera, smallPixels(frame));
     for (let i = 0; i < light.length; i++) {
-      const shown = Math.min(1, Math.max(0, (seen[i] - SEEN.from) / (SEEN.fully - SEEN.from)));
-      colors.setXYZW(i, light[i], light[i], light[i], shown * shown * (3 - 2 * shown));
+      colors.setXYZW(i, light[i], light[i], light[i], gentleRamp(seen[i], SEEN));
     }
     colors.needsUpdate = true;
     if (!this.light || !this.#shadow) return;

@@ -16,7 +16,8 @@ import { VideoFrames } from "../frames/video-frames.js";
 
 /** @import { RawAnswer, TargetRequest } from "../engine/engine-worker.js" */
 /** @import { Estimate } from "../results/estimate.js" */
-/** @import { CameraOption, SourcedCamera } from "../camera/intrinsics.js" */
+/** @import { SourcedCamera } from "../camera/intrinsics.js" */
+/** @import { FollowOptions } from "../deepsft.js" */
 /** @import { OwnFrame } from "../frames/own-frames.js" */
 /** @import { StallReason } from "../frames/video-frames.js" */
 /** @import { Target } from "../targets/target.js" */
@@ -52,18 +53,14 @@ import { VideoFrames } from "../frames/video-frames.js";
  */
 
 /**
- * @typedef {object} SessionParts
+ * @typedef {object} OwnParts
  * @property {readonly Target[]} targets
  * @property {LastingTracker} tracker ended with the session
  * @property {WebAssembly.Module} module
  * @property {Smoothing | null} smooth
  * @property {(target: Target) => TargetRequest} sourceOf
  * @property {(question: Question) => Promise<{ answers: RawAnswer[], estimate: Estimate | null }>} find
- * @property {CameraOption} [camera]
- * @property {boolean} [calibrate]
- * @property {boolean} [software]
- * @property {AbortSignal} [signal]
- * @property {(estimate: Estimate, frame: number) => void} [onEstimate]
+ * @typedef {OwnParts & Pick<FollowOptions, "camera" | "calibrate" | "software" | "signal" | "onEstimate">} SessionParts
  */
 
 /**

@@ -18,9 +18,8 @@ const OLDEST = { chrome: 100, firefox: 114, safari_ios: 16.4 };
 
 /** Newer than that, or known to a part of them only, and what happens without. */
 const DONE_WITHOUT = {
-  "Navigator.gpu": "requirements of WebGPU are asked for one by one; else the processor computes",
+  "Navigator.gpu": "asked for; else the processor computes",
   ".requestAdapter": "of navigator.gpu",
-  ".limits": "of a GPU's adapter",
   ".architecture": "of a GPU's adapter",
   ".isFallbackAdapter": "of a GPU's adapter",
   ".requestVideoFrameCallback": "asked for; else each frame of the screen asks for another picture",

@@ -7,7 +7,20 @@ export type Looked = {
 /** @param {StartRequest} request */
 export declare function start({ module, files, device: wanted }: StartRequest): Promise<{
     info: EngineInfo;
-    model: import("../../pkg/deepsft_web.js").Desc | null;
+    model: {
+        width: number;
+        height: number;
+        rgba: Uint8ClampedArray<ArrayBuffer>;
+        sizeMm: [number, number];
+        mesh: {
+            faces: Uint32Array;
+            textureCoordinates: Float32Array;
+        };
+        grade: {
+            level: "hopeless" | "poor" | "fair" | "good";
+            reasons: string[];
+        } | null;
+    } | null;
 }>;
 /** @param {TargetRequest} request */
 export declare function addTarget({ id, source }: TargetRequest): Promise<{

@@ -88,7 +88,20 @@ export declare function compileEngine(url: URL, { onProgress, signal }?: {
 export declare class EngineWorker extends WorkerCalls<typeof import("./engine-host.js")> {
     start: (request: StartRequest) => Promise<{
         info: EngineInfo;
-        model: import("../../pkg/deepsft_web.js").Desc | null;
+        model: {
+            width: number;
+            height: number;
+            rgba: Uint8ClampedArray<ArrayBuffer>;
+            sizeMm: [number, number];
+            mesh: {
+                faces: Uint32Array;
+                textureCoordinates: Float32Array;
+            };
+            grade: {
+                level: "hopeless" | "poor" | "fair" | "good";
+                reasons: string[];
+            } | null;
+        } | null;
     }>;
     addTarget: (request: TargetRequest) => Promise<{
         width: number;

@@ -16,7 +16,20 @@ export type StartedEngine = {
 export declare class LastingEngine {
     #private;
     /** The model's target, number 0; null without a model. */
-    model: import("../../pkg/deepsft_web.js").Desc | null;
+    model: {
+        width: number;
+        height: number;
+        rgba: Uint8ClampedArray<ArrayBuffer>;
+        sizeMm: [number, number];
+        mesh: {
+            faces: Uint32Array;
+            textureCoordinates: Float32Array;
+        };
+        grade: {
+            level: "hopeless" | "poor" | "fair" | "good";
+            reasons: string[];
+        } | null;
+    } | null;
     /**
      * Use {@link LastingEngine.start}.
      *

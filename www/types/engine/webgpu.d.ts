@@ -1,28 +1,12 @@
-export type WebGpuProbe = {
-    usable: boolean;
-    /**
-     * whether the adapter is emulated on the CPU
-     */
-    software: boolean;
-    /**
-     * empty where the browser does not say
-     */
-    adapterName: string;
-    /**
-     * a sentence when not usable, else empty
-     */
-    reason: string;
-};
 /**
- * @typedef {object} WebGpuProbe
- * @property {boolean} usable
- * @property {boolean} software whether the adapter is emulated on the CPU
- * @property {string} adapterName empty where the browser does not say
- * @property {string} reason a sentence when not usable, else empty
- */
-/**
- * Asks for the adapter the engine would get.
+ * Asks for the adapter the engine would get. All adapters but those of the compatibility mode, which is not asked for, have at least the
+ * limits that the engine's kernels lean on.
  *
- * @returns {Promise<WebGpuProbe>}
+ * @returns whether it is usable, why not in a sentence, whether it is emulated on the CPU, and its name where the browser says it
  */
-export declare function probeWebGpu(): Promise<WebGpuProbe>;
+export declare function probeWebGpu(): Promise<{
+    usable: boolean;
+    software: boolean;
+    adapterName: string;
+    reason: string;
+}>;

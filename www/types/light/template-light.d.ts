@@ -33,7 +33,7 @@ export declare class TemplateLight {
     luminanceAt(u: number, v: number): number;
 }
 /**
- * Luminance of a colour in linear light.
+ * Luminance of a colour, of linear light or of bytes as they are.
  *
  * @param {number} r
  * @param {number} g

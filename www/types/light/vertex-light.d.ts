@@ -23,8 +23,3 @@ export declare class VertexLight {
         height: number;
     }): Float32Array;
 }
-export type Sums = {
-    seen: Float32Array;
-    printed: Float32Array;
-    weight: Float32Array;
-};

@@ -3,15 +3,7 @@ import type { SourcedCamera } from "../camera/intrinsics.js";
 import type { RawMesh } from "../../pkg/deepsft_web.js";
 import type { MeshRequest, RawEstimate } from "../engine/engine-worker.js";
 import type { Target } from "../targets/target.js";
-export type EstimateTimes = {
-    captureMs: number;
-    warpMs: number;
-    networkMs: number;
-    judgeMs: number;
-    featuresMs: number;
-    fitMs: number;
-    totalMs: number;
-};
+export type EstimateTimes = Record<`${"capture" | "warp" | "network" | "judge" | "features" | "fit" | "total"}Ms`, number>;
 /** @import { SourcedCamera } from "../camera/intrinsics.js" */
 /** @import { RawMesh } from "../../pkg/deepsft_web.js" */
 /** @import { MeshRequest, RawEstimate } from "../engine/engine-worker.js" */
@@ -21,14 +13,7 @@ export type EstimateTimes = {
  * `network`, `judge` (confidence), `features` (finding a picture, warp and fit included), `fit` (of a mesh to what
  * the network found, where it was asked for), and `total`, from the call to the result.
  *
- * @typedef {object} EstimateTimes
- * @property {number} captureMs
- * @property {number} warpMs
- * @property {number} networkMs
- * @property {number} judgeMs
- * @property {number} featuresMs
- * @property {number} fitMs
- * @property {number} totalMs
+ * @typedef {Record<`${"capture" | "warp" | "network" | "judge" | "features" | "fit" | "total"}Ms`, number>} EstimateTimes
  */
 /**
  * A map on the pixels of the canonical image (480 columns and 270 rows, of an upright frame 270 columns and 480 rows), row-major,

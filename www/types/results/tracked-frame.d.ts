@@ -34,15 +34,7 @@ export declare class TrackedTarget {
     correlation: number;
     /** Solver iterations this frame took. */
     iterations: number;
-    /**
-     * @param {object} contents
-     * @param {Target} contents.target
-     * @param {number} [contents.copy]
-     * @param {SurfaceMesh | null} contents.mesh
-     * @param {boolean} contents.held
-     * @param {number} contents.correlation
-     * @param {number} contents.iterations
-     */
+    /** @param {{ target: Target, copy?: number, mesh: SurfaceMesh | null, held: boolean, correlation: number, iterations: number }} contents */
     constructor({ target, copy, mesh, held, correlation, iterations }: {
         target: Target;
         copy?: number;

@@ -3,7 +3,8 @@ import { CameraStream } from "../camera/camera-stream.js";
 import { TrackedFrame } from "../results/tracked-frame.js";
 import type { RawAnswer, TargetRequest } from "../engine/engine-worker.js";
 import type { Estimate } from "../results/estimate.js";
-import type { CameraOption, SourcedCamera } from "../camera/intrinsics.js";
+import type { SourcedCamera } from "../camera/intrinsics.js";
+import type { FollowOptions } from "../deepsft.js";
 import type { OwnFrame } from "../frames/own-frames.js";
 import type { StallReason } from "../frames/video-frames.js";
 import type { Target } from "../targets/target.js";
@@ -56,7 +57,7 @@ export type SessionEvents = {
         error: unknown;
     }>;
 };
-export type SessionParts = {
+export type OwnParts = {
     targets: readonly Target[];
     /**
      * ended with the session
@@ -69,12 +70,8 @@ export type SessionParts = {
         answers: RawAnswer[];
         estimate: Estimate | null;
     }>;
-    camera?: CameraOption;
-    calibrate?: boolean;
-    software?: boolean;
-    signal?: AbortSignal;
-    onEstimate?: (estimate: Estimate, frame: number) => void;
 };
+export type SessionParts = OwnParts & Pick<FollowOptions, "camera" | "calibrate" | "software" | "signal" | "onEstimate">;
 export type Question = {
     /**
      * of the targets to look for
