@@ -1,7 +1,7 @@
 // The demo page: a start screen, the person's own picture, the live view, and what to say when something is in the way.
 
-import { CameraStream } from "deepsft";
-import { CameraSwitch } from "./live/camera-switch.js";
+import { CameraStream, openCamera } from "deepsft";
+import { CameraSwitch, rememberedCamera } from "./live/camera-switch.js";
 import { prefersStillness } from "./graphics/animation.js";
 import { Hud } from "./live/hud.js";
 import { keepAwake } from "./live/keep-awake.js";
@@ -11,7 +11,7 @@ import { workOffline } from "./offline/offline.js";
 import { droppedFiles, onChosen } from "./own/given-files.js";
 import { OwnPicture, scanAmong } from "./own/own-picture.js";
 import { part } from "./part.js";
-import { cameraSource, clipSource } from "./sources.js";
+import { clipSource } from "./sources.js";
 import { Subjects } from "./subjects.js";
 
 /** @import { LoadProgress } from "deepsft" */
@@ -25,9 +25,9 @@ const REMEDIES = {
   clip: ["Use the clip", startClip],
   image: ["Open an image", () => view.imageFile.click()],
   reload: ["Reload", () => location.reload()],
-  picture: ["Choose another picture", () => own.choose()],
+  picture: ["Choose another picture", () => part("#picture-file").click()],
   edit: ["Change this one", () => own.edit()],
-  scan: ["Choose another scan", () => own.chooseScan()],
+  scan: ["Choose another scan", () => part("#scan-file").click()],
 };
 /** What the arrow keys move the object by, of the print's sides. @type {Readonly<Record<string, [number, number]>>} */
 const OBJECT_STEPS = { ArrowLeft: [-0.04, 0], ArrowRight: [0.04, 0], ArrowUp: [0, -0.04], ArrowDown: [0, 0.04] };
@@ -218,7 +218,7 @@ function startVideo(kind) {
     subject.catch(() => undefined);
     const viewing = liveView();
     viewing.catch(() => undefined);
-    const opened = await (kind === "camera" ? cameraSource : clipSource)(view.video, signal);
+    const opened = kind === "clip" ? await clipSource(view.video, signal) : { source: await openCamera(view.video, { ...rememberedCamera(), signal }) };
     signal.throwIfAborted();
     keepAwake(signal);
     if (opened.source instanceof CameraStream) watch(opened.source, signal);

@@ -1,11 +1,8 @@
-// The two places a video can come from, each with its camera.
+// The bundled clip as the source of a scene, with its camera.
 
-import { DeepSftError, openCamera } from "deepsft";
-import { rememberedCamera } from "./live/camera-switch.js";
+import { DeepSftError } from "deepsft";
 
-/** @import { Camera, CameraOption, FrameSource } from "deepsft" */
-
-/** As a scene takes them. @typedef {{ source: FrameSource, camera?: CameraOption }} VideoSource */
+/** @import { Camera } from "deepsft" */
 
 /** The clip in each coding, the one to prefer first. */
 const CLIPS = [
@@ -13,14 +10,6 @@ const CLIPS = [
   { url: "demo/clip.webm", type: 'video/webm; codecs="vp8"' },
 ];
 const CLIP_CAMERA_URL = "demo/clip.json";
-
-/**
- * @param {HTMLVideoElement} video
- * @param {AbortSignal} signal ends it, and frees the video
- */
-export async function cameraSource(video, signal) {
-  return { source: await openCamera(video, { ...rememberedCamera(), signal }) };
-}
 
 /**
  * The bundled clip.

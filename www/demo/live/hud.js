@@ -75,10 +75,6 @@ export class Hud {
   showSubject(subject) {
     const { kind, target, hasSize } = subject;
     [this.#missing, part("#hint").textContent] = MISSING[kind];
-    const hasNetwork = kind !== "picture";
-    part("#network-word").textContent = hasNetwork ? "Network" : "Find";
-    part("#pace-term").textContent = hasNetwork ? "Network, beside the tracker" : "Finder, beside the tracker";
-    part("#model-term").textContent = hasNetwork ? "Model" : "Picture";
     const size = hasSize ? formatSize(target.widthMm, target.heightMm) : "size not known";
     if (kind === "picture") part("#model").textContent = `${target.name}, ${size}`;
     part("#scale").dataset.unit = hasSize ? "mm" : "none";

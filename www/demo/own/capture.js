@@ -8,14 +8,14 @@ import { pictureFrom } from "./read-picture.js";
 /** @import { OpenedPicture } from "./read-picture.js" */
 /** @import { Corners } from "./corner-editor.js" */
 
-/** Where the guide's corners lie in the picture, as fractions of its sides from the border: where the print's will be, nearly. */
+/** Where the guide's corners lie in the picture, as index.html has them: fractions of its sides from the border. */
 const INSET = 0.12;
 const NAME = "Photographed print";
 
 export class Capture {
   #root = part("#capture");
   #video = part("#capture video", HTMLVideoElement);
-  #guide = part("#capture .guide");
+  #guide = part("#capture .guide", SVGElement);
   #shutter = part("#capture .shutter", HTMLButtonElement);
   #leaving = new AbortController();
   /** @type {(picture: OpenedPicture, corners: Corners) => void} */
@@ -25,7 +25,7 @@ export class Capture {
 
   constructor() {
     this.#shutter.addEventListener("click", () => void this.#take());
-    new ResizeObserver(() => this.#place()).observe(this.#root);
+    this.#video.addEventListener("resize", () => this.#guide.setAttribute("viewBox", `0 0 ${this.#video.videoWidth} ${this.#video.videoHeight}`));
   }
 
   async open() {
@@ -38,12 +38,10 @@ export class Capture {
       const choice = rememberedCamera();
       // One looks at the print, not at the person.
       const stream = await openCamera(this.#video, { ...(choice.facing === "user" ? {} : choice), signal });
-      stream.addEventListener("resize", () => this.#place());
       // What stands still is not what the print looks like now.
       const follow = () => (this.#shutter.disabled = stream.interrupted);
       for (const event of ["interrupted", "resumed"]) stream.addEventListener(event, follow);
       stream.addEventListener("lost", () => this.#fail(stream.error));
-      this.#place();
       this.#root.dataset.ready = "true";
       follow();
       this.#shutter.focus();
@@ -73,19 +71,6 @@ export class Capture {
     } catch (error) {
       this.#fail(error);
     }
-  }
-
-  /** Lays the guide over the video's picture, which keeps its proportions. */
-  #place() {
-    const { clientWidth, clientHeight, videoWidth, videoHeight } = this.#video;
-    if (!videoWidth || !clientWidth) return;
-    const scale = Math.min(clientWidth / videoWidth, clientHeight / videoHeight);
-    const [width, height] = [videoWidth * scale, videoHeight * scale];
-    const guide = this.#guide.style;
-    guide.left = `${(clientWidth - width) / 2 + INSET * width}px`;
-    guide.top = `${(clientHeight - height) / 2 + INSET * height}px`;
-    guide.width = `${(1 - 2 * INSET) * width}px`;
-    guide.height = `${(1 - 2 * INSET) * height}px`;
   }
 }
 

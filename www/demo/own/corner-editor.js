@@ -114,8 +114,7 @@ export class CornerEditor {
     const corners = /** @type {Corners} */ (this.#corners.map((corner) => [...corner]));
     corners[index] = [Math.min(width, Math.max(0, x)), Math.min(height, Math.max(0, y))];
     const least = MIN_SIDE * Math.min(width, height);
-    const isLong = corners.every(([a, b], i) => Math.hypot(corners[(i + 1) % 4][0] - a, corners[(i + 1) % 4][1] - b) >= least);
-    if (!isLong || !isPrintOutline(corners)) return;
+    if (Math.min(...sidesOf(corners)) < least || !isPrintOutline(corners)) return;
     this.#corners = corners;
     this.#draw();
     this.onChange();
@@ -212,4 +211,9 @@ export class CornerEditor {
  */
 function wholeOf(width, height) {
   return [[0, 0], [width, 0], [width, height], [0, height]]; // prettier-ignore
+}
+
+/** Lengths of an outline's sides, pixels. @param {PrintCorners} corners */
+export function sidesOf(corners) {
+  return corners.map(([x, y], i) => Math.hypot(corners[(i + 1) % 4][0] - x, corners[(i + 1) % 4][1] - y));
 }

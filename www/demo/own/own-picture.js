@@ -63,9 +63,9 @@ export class OwnPicture {
     this.#capture.onError = (error) => page.fail(error, () => this.photograph());
     for (const editor of [this.#editor, this.#scan]) editor.onReady = (picture, use) => void this.#finish(picture, use);
     for (const leave of root.querySelectorAll(".leave")) leave.addEventListener("click", () => this.#leave());
-    part("#choose-picture").addEventListener("click", () => this.choose());
+    part("#choose-picture").addEventListener("click", () => this.#file.click());
     part("#photograph").addEventListener("click", () => this.photograph());
-    for (const id of ["#choose-scan", "#another-scan"]) part(id).addEventListener("click", () => this.chooseScan());
+    for (const id of ["#choose-scan", "#another-scan"]) part(id).addEventListener("click", () => this.#scanFile.click());
     part("#last-use").addEventListener("click", () => this.#last && page.use(this.#last, "camera"));
     part("#last-edit").addEventListener("click", () => this.edit());
     part("#last-forget").addEventListener("click", () => void this.#forget());
@@ -73,16 +73,6 @@ export class OwnPicture {
     onChosen(this.#scanFile, (files) => void this.readScan(files));
     root.addEventListener("keydown", (event) => event.key === "Escape" && this.#leave());
     void this.#recall();
-  }
-
-  /** Asks for a file. */
-  choose() {
-    this.#file.click();
-  }
-
-  /** Asks for a scan's files. */
-  chooseScan() {
-    this.#scanFile.click();
   }
 
   /** Opens the camera for a photograph of the print. */
@@ -99,7 +89,7 @@ export class OwnPicture {
       const picture = await readPicture(file, file.name);
       if (own === this.#newest) this.#edit(picture);
     } catch (error) {
-      if (own === this.#newest) this.#page.fail(error, () => this.choose());
+      if (own === this.#newest) this.#page.fail(error, () => this.#file.click());
     }
   }
 
@@ -114,13 +104,13 @@ export class OwnPicture {
     } catch (error) {
       if (own !== this.#newest) return;
       const isBroken = error instanceof DeepSftError && error.code === "target-unusable";
-      this.#page.fail(isBroken ? new PictureError("scan-unusable", error.message, { cause: error }) : error, () => this.chooseScan());
+      this.#page.fail(isBroken ? new PictureError("scan-unusable", error.message, { cause: error }) : error, () => this.#scanFile.click());
     }
   }
 
   /** Goes back to the last picture, to change its size or to crop it. */
   edit() {
-    if (!this.#last) return this.choose();
+    if (!this.#last) return this.#file.click();
     const { canvas, name, widthMm, hasSize } = this.#last;
     this.#show();
     this.#editor.open({ canvas, name, transparent: false }, { widthMm, hasSize });

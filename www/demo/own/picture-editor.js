@@ -2,7 +2,7 @@
 
 import { estimatedCamera, printAspect, rectifyPicture } from "deepsft";
 import { part } from "../part.js";
-import { CornerEditor } from "./corner-editor.js";
+import { CornerEditor, sidesOf } from "./corner-editor.js";
 import { MIN_MM, MAX_MM, formatLength, isUsableLength, largestOn, layOut, parseLength } from "./print-size.js";
 import { MAX_PICTURE_LENGTH, canvasOf, contextOf, turned } from "./read-picture.js";
 
@@ -49,7 +49,7 @@ export class PictureEditor {
   #saidAspect = Number.NaN;
   /** @type {Unit} */
   #unit = "mm";
-  #previewIsDue = false;
+  #previewing = 0;
   /** @type {(picture: ReadyPicture, use: "camera" | "image") => void} */
   onReady = () => undefined;
 
@@ -203,12 +203,8 @@ export class PictureEditor {
 
   /** Draws the flat picture small, once before the screen shows its next frame. */
   #schedulePreview() {
-    if (this.#previewIsDue) return;
-    this.#previewIsDue = true;
-    requestAnimationFrame(() => {
-      this.#previewIsDue = false;
-      if (this.#pixels) this.#drawFlat(this.#preview, PREVIEW_LENGTH * Math.min(2, devicePixelRatio));
-    });
+    cancelAnimationFrame(this.#previewing);
+    this.#previewing = requestAnimationFrame(() => this.#pixels && this.#drawFlat(this.#preview, PREVIEW_LENGTH * Math.min(2, devicePixelRatio)));
   }
 
   /**
@@ -234,14 +230,9 @@ export class PictureEditor {
     if (![widthMm, heightMm].every(isUsableLength))
       return this.#refuse(`Prints of ${MIN_MM} mm to ${MAX_MM / 1000} m a side can be followed.`);
     const canvas = canvasOf(1, 1);
-    this.#drawFlat(canvas, Math.min(MAX_PICTURE_LENGTH, Math.ceil(this.#longestSide())));
+    // More pixels than along the longest side of the outline would show nothing more.
+    this.#drawFlat(canvas, Math.min(MAX_PICTURE_LENGTH, Math.ceil(Math.max(...sidesOf(this.#corners.corners)))));
     this.onReady({ canvas, name: this.#picture.name, widthMm, heightMm, hasSize: this.#usual !== "unknown" }, use);
-  }
-
-  /** Pixels along the longest side of the outline: more would show nothing more. */
-  #longestSide() {
-    const { corners } = this.#corners;
-    return Math.max(...corners.map(([x, y], i) => Math.hypot(corners[(i + 1) % 4][0] - x, corners[(i + 1) % 4][1] - y)));
   }
 
   /** @param {string} problem */

@@ -1,7 +1,7 @@
 // Whether this browser's WebGPU can run the engine, found out before the engine is loaded.
 
-/** Names under which CPU emulations of a GPU appear. */
-const SOFTWARE_NAMES = /swiftshader|llvmpipe|lavapipe|softpipe|basic render|\bwarp\b|software/i;
+/** Names under which CPU emulations of a GPU appear, to WebGL too. */
+export const SOFTWARE_NAMES = /swiftshader|llvmpipe|lavapipe|softpipe|basic render|\bwarp\b|software/i;
 
 /**
  * Asks for the adapter the engine would get. All adapters but those of the compatibility mode, which is not asked for, have at least the

@@ -1,7 +1,7 @@
 // How fast a machine draws with WebGL.
 
-/** What programs call themselves that draw with the processor. */
-const SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i;
+import { SOFTWARE_NAMES } from "../engine/webgpu.js";
+
 /** A machine that takes longer from frame to frame draws with its processor, which has better things to do. */
 const SLOW_MS = 45;
 /** It is judged by the median of this many draws, or of three when they take longer than a second together. */
@@ -15,7 +15,7 @@ export function drawsInSoftware() {
   if (known !== null) return known;
   const gl = document.createElement("canvas").getContext("webgl2");
   const names = gl?.getExtension("WEBGL_debug_renderer_info");
-  known = !gl || SOFTWARE.test(gl.getParameter(names ? names.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
+  known = !gl || SOFTWARE_NAMES.test(gl.getParameter(names ? names.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
   gl?.getExtension("WEBGL_lose_context")?.loseContext();
   return known;
 }

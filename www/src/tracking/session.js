@@ -300,19 +300,11 @@ export class Session extends Announcer {
     return raw;
   }
 
-  /**
-   * How sure the focal length of a camera is, as the tracker takes it.
-   *
-   * @param {SourcedCamera} camera
-   */
+  /** How sure the focal length of a camera is, as the tracker takes it. @param {SourcedCamera} camera */
   #focalDeviation({ source, spread, fx }) {
-    if (!this.#calibrates) return 0;
-    if (source === "estimated") return (spread ?? Infinity) / fx;
-    return source === "calibrated" ? (spread ?? 0) / fx : 0;
-  }
-
-  get #calibrates() {
-    return this.#parts.calibrate ?? this.#stream !== null;
+    const isWanted = this.#parts.calibrate ?? this.#stream !== null;
+    if (!isWanted || source === "given" || source === "exif") return 0;
+    return (spread ?? (source === "estimated" ? Infinity : 0)) / fx;
   }
 
   /**
