@@ -1,3 +1,5 @@
+/** Names under which CPU emulations of a GPU appear, to WebGL too. */
+export declare const SOFTWARE_NAMES: RegExp;
 /**
  * Asks for the adapter the engine would get. All adapters but those of the compatibility mode, which is not asked for, have at least the
  * limits that the engine's kernels lean on.
