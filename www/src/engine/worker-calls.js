@@ -147,8 +147,10 @@ export class WorkerCalls {
     });
     this.#worker.addEventListener("error", (event) => {
       event.preventDefault();
-      const reason =
-        event.message || "its script could not be loaded; if a bundler does not find it, serve a copy of the package's folder dist and pass its address as baseUrl";
+      const remedy = globalThis.crossOriginIsolated
+        ? "the page is cross-origin isolated, so the server must send Cross-Origin-Embedder-Policy with the package's scripts too"
+        : "if a bundler does not find it, serve a copy of the package's folder dist and pass its address as baseUrl";
+      const reason = event.message || `its script could not be loaded; ${remedy}`;
       this.terminate(new DeepSftError(this.#started ? "internal" : "engine-load", `The engine's worker failed: ${reason}.`));
     });
     this.#worker.addEventListener("messageerror", () =>

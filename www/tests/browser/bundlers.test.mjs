@@ -3,7 +3,9 @@
 
 import assert from "node:assert/strict";
 import { execFile, execFileSync, spawn } from "node:child_process";
+import { once } from "node:events";
 import { cp, mkdir, mkdtemp, readFile, rm, symlink, writeFile } from "node:fs/promises";
+import { createServer } from "node:http";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { promisify } from "node:util";
@@ -319,10 +321,12 @@ async function pageWith(page, headers = {}) {
   return serve({ folders: { "/models/": join(ROOT, "models"), "/deepsft/": join(folder, "node_modules", "deepsft", "dist"), "/": into }, headers });
 }
 
+const ISOLATED = { "cross-origin-embedder-policy": "require-corp", "cross-origin-opener-policy": "same-origin" };
+
 const BY_TAG = APPLICATION.replace('"deepsft"', '"/deepsft/deepsft.js"');
 
 for (const [name, headers, policy] of [
-  ["cross-origin isolation", { "cross-origin-embedder-policy": "require-corp", "cross-origin-opener-policy": "same-origin" }],
+  ["cross-origin isolation", ISOLATED],
   ["Trusted Types", {}, "require-trusted-types-for 'script'; trusted-types deepsft"],
 ]) {
   test(`the packed package works in a page with ${name}`, { timeout: SLOW_MS }, async () => {
@@ -332,6 +336,26 @@ for (const [name, headers, policy] of [
     await server.close();
   });
 }
+
+test("scripts without the header of an isolated page are refused with what to do", { timeout: SLOW_MS }, async () => {
+  const bare = await pageWith(html(`<script type="module">${BY_TAG}</script>`));
+  const isolated = createServer(async ({ url }, response) => {
+    const answer = await fetch(bare.origin + url);
+    const headers = url === "/" ? ISOLATED : {};
+    response.writeHead(answer.status, { "content-type": answer.headers.get("content-type"), ...headers });
+    response.end(Buffer.from(await answer.arrayBuffer()));
+  }).listen(0, "127.0.0.1");
+  await once(isolated, "listening");
+  const page = await browser.newPage();
+  await page.goto(`http://127.0.0.1:${isolated.address().port}/`);
+  await page.waitForFunction(() => globalThis.outcome, undefined, { timeout: SLOW_MS });
+  const { code, failed } = await page.evaluate(() => globalThis.outcome);
+  assert.equal(code, "engine-load");
+  assert.match(failed, /send Cross-Origin-Embedder-Policy with the package's scripts too/);
+  await page.close();
+  isolated.close();
+  await bare.close();
+});
 
 test("the packed package works in a sandboxed frame, which has no storage and no origin", { timeout: SLOW_MS }, async () => {
   const script = BY_TAG.replace(/globalThis.outcome = .*/, 'run().catch(told).then((outcome) => parent.postMessage(outcome, "*"));');
