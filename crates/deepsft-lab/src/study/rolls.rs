@@ -1,6 +1,7 @@
 //! `deepsft-lab study rolls`: how often an object is found, and how exactly, by how it is rolled before a camera that lies across or
 //! stands upright.
 
+use crate::measuring::Spread;
 use crate::progress::Progress;
 use crate::reading;
 use anyhow::Result;
@@ -8,7 +9,7 @@ use clap::Args;
 use deepsft::{Device, Target, TargetFinder, View};
 use deepsft_formats::write_file;
 use deepsft_geometry::glam::DVec2;
-use deepsft_geometry::{Camera, Template, metrics::Summary, training_camera};
+use deepsft_geometry::{Camera, Template, training_camera};
 use deepsft_synth::{Sample, SynthConfig, Synthesizer};
 use deepsft_train::tracking_errors;
 use serde::Serialize;
@@ -43,9 +44,9 @@ struct Row {
     roll_deg: Option<f64>,
     frames: usize,
     found: usize,
-    /// Medians over the frames in which it was found.
-    registration_rmse_px: Option<f64>,
-    points_rmse_mm: Option<f64>,
+    /// Of the frames in which it was found.
+    registration_rmse_px: Option<Spread>,
+    points_rmse_mm: Option<Spread>,
 }
 
 /// What was said of one frame: of a frame in which the object was found, registration (px) and points (mm).
@@ -140,31 +141,35 @@ fn look(finder: &mut TargetFinder, template: &Template, sample: &Sample) -> Resu
 impl Row {
     fn of(roll_deg: Option<f64>, said: impl Iterator<Item = Said> + Clone) -> Self {
         let found = said.clone().flatten();
-        let median = |summary: Option<Summary>| summary.map(|summary| summary.median);
         Self {
             roll_deg,
             frames: said.count(),
             found: found.clone().count(),
-            registration_rmse_px: median(Summary::of(found.clone().map(|(registration, _)| registration))),
-            points_rmse_mm: median(Summary::of(found.map(|(_, points)| points))),
+            registration_rmse_px: Spread::of(found.clone().filter_map(|(registration, _)| registration)),
+            points_rmse_mm: Spread::of(found.filter_map(|(_, points)| points)),
         }
     }
 }
 
 fn print(table: &Camerawise) {
     println!(
-        "{} x {} pixels: roll, found, registration, points (medians)",
+        "{} x {} pixels: roll, found, registration px, points mm: median (95th percentile)",
         table.width, table.height
     );
+    let told = |errors: Option<Spread>| {
+        errors.map_or_else(String::new, |errors| {
+            format!("{:.2} ({:.2})", errors.median, errors.p95)
+        })
+    };
     for row in table.steps.iter().chain([&table.all]) {
         println!(
-            "{:>6} {:4} of {:4} {:7.2} px {:6.2} mm",
+            "{:>6} {:4} of {:4} {:>16} {:>16}",
             row.roll_deg
                 .map_or_else(|| "all".to_owned(), |roll| format!("{roll:.0}")),
             row.found,
             row.frames,
-            row.registration_rmse_px.unwrap_or(f64::NAN),
-            row.points_rmse_mm.unwrap_or(f64::NAN),
+            told(row.registration_rmse_px),
+            told(row.points_rmse_mm),
         );
     }
 }
