@@ -45,9 +45,12 @@ pub(super) fn atlas(textures: &[Picture]) -> Result<(Picture, Vec<Region>), Form
     }
 }
 
+/// Corner (x, y) of each of some rectangles, texels.
+type Corners = Vec<(usize, usize)>;
+
 /// Lays rectangles (width, height) into a texture hardly larger than they are, at first wider by `spare` texels: the corner (x, y) of each and
 /// the sides of the texture, the longer across. `None` when there is no room. See [`pack_rectangles`].
-pub(super) fn packed(sizes: &[(usize, usize)], gap: usize, spare: usize) -> Option<(Vec<(usize, usize)>, [usize; 2])> {
+pub(super) fn packed(sizes: &[(usize, usize)], gap: usize, spare: usize) -> Option<(Corners, [usize; 2])> {
     let area = |&(w, h): &(usize, usize)| w.saturating_add(gap) as f64 * h.saturating_add(gap) as f64;
     let narrowest = (sizes.iter().map(area).sum::<f64>().sqrt() as usize)
         .saturating_add(spare)
@@ -62,7 +65,7 @@ pub(super) fn packed(sizes: &[(usize, usize)], gap: usize, spare: usize) -> Opti
 /// Lays rectangles (width, height) into a strip of `width` texels without overlap, `gap` texels between them and around
 /// them: the corner (x, y) of each, and the height that is used. Shelves, the highest rectangles first (next fit by
 /// decreasing height). `None` when one is too long.
-fn pack_rectangles(sizes: &[(usize, usize)], width: usize, gap: usize) -> Option<(Vec<(usize, usize)>, usize)> {
+fn pack_rectangles(sizes: &[(usize, usize)], width: usize, gap: usize) -> Option<(Corners, usize)> {
     let mut order: Vec<usize> = (0..sizes.len()).collect();
     order.sort_by_key(|&i| std::cmp::Reverse(sizes[i].1));
     let mut corners = vec![(0, 0); sizes.len()];

@@ -9,10 +9,10 @@ use std::collections::{HashMap, HashSet};
 /// The parts of an OBJ file, and if they are wanted the textures its materials name.
 pub(super) fn parts(bytes: &[u8], textures: &mut Textures<'_>) -> Result<Vec<ScanPart>, FormatError> {
     let file = ObjFile::parse(bytes)?;
-    let are_wanted = textures.are_wanted;
-    let materials = are_wanted
-        .then(|| read_materials(&file.material_files, textures))
-        .unwrap_or_default();
+    let materials = match textures.are_wanted {
+        true => read_materials(&file.material_files, textures),
+        false => HashMap::new(),
+    };
     let mut parts = Vec::new();
     let mut bare: Vec<(&str, usize)> = Vec::new();
     for group in &file.groups {
