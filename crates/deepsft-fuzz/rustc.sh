@@ -6,6 +6,6 @@ case " $* " in
 *" --crate-name "*) ;;
 *) exec "$@" ;;
 esac
-exec "$@" -C passes=sancov-module -C llvm-args=-sanitizer-coverage-level=4 \
+exec "$@" --cfg fuzzing -C passes=sancov-module -C llvm-args=-sanitizer-coverage-level=4 \
     -C llvm-args=-sanitizer-coverage-inline-8bit-counters -C llvm-args=-sanitizer-coverage-pc-table \
     -C llvm-args=-sanitizer-coverage-trace-compares -C debug-assertions=on -C overflow-checks=on
