@@ -7,6 +7,8 @@
 use crate::matching::Match;
 use deepsft_geometry::DisjointSets;
 use deepsft_geometry::glam::Vec2;
+use std::cmp::Reverse;
+use std::collections::HashSet;
 use std::f32::consts::{PI, TAU};
 
 /// How far the place of a neighbour may lie from where a match's similarity puts it, as a fraction of their distance: a tilt of
@@ -20,10 +22,14 @@ const SCALING: f32 = 0.6;
 /// Fewest neighbours that confirm a match.
 const FEWEST: usize = 3;
 
+/// Least places of a group, as a fraction of those of the first.
+const MIN_PLACES: f32 = 0.25;
+
 /// Most matches that are looked at.
 const MAX_MATCHES: usize = 1500;
 
-/// Groups of matches that confirm one another, the largest first.
+/// Groups of matches that confirm one another, the one with most places on the sheet first: many corners of a repeated pattern that all look
+/// like the same few of the sheet have these few places. Those with less than [`MIN_PLACES`] of them are left out.
 ///
 /// Neighbours are between `nearest` and `farthest` pixels apart in the image: matches nearer to each other may be of one corner at two
 /// sizes, and say nothing of each other. `place_mm` is how exact places are: what neighbours may be off beside the distortion.
@@ -68,8 +74,18 @@ pub(crate) fn groups(matches: &[Match], [nearest, farthest]: [f32; 2], place_mm:
         groups[sets.first(i)].push(matches[i]);
     }
     groups.retain(|g| !g.is_empty());
-    groups.sort_by_key(|g| std::cmp::Reverse(g.len()));
+    groups.sort_by_cached_key(|group| Reverse(covered(group, 2.0 * place_mm)));
+    let least = groups
+        .first()
+        .map_or(0.0, |first| MIN_PLACES * covered(first, 2.0 * place_mm) as f32);
+    groups.retain(|group| covered(group, 2.0 * place_mm) as f32 >= least);
     groups
+}
+
+/// In how many cells of a sheet, with sides of `side_mm`, `matches` have their places.
+fn covered(matches: &[Match], side_mm: f32) -> usize {
+    let cells = matches.iter().map(|m| (m.place / side_mm).as_ivec2().to_array());
+    cells.collect::<HashSet<_>>().len()
 }
 
 #[cfg(test)]

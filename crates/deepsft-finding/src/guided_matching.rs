@@ -2,7 +2,7 @@
 
 use crate::descriptor::BITS;
 use crate::features::Features;
-use crate::matching::Match;
+use crate::matching::{ELSEWHERE_PX, Match};
 use crate::target::PictureTarget;
 use deepsft_geometry::glam::{DVec2, DVec3, Vec2};
 use deepsft_geometry::raster::VisibleSurface;
@@ -11,6 +11,9 @@ use std::f32::consts::{PI, TAU};
 
 /// Such matches may differ in this fraction of their bits.
 const MAX_DIFFERENT: f32 = 0.25;
+
+/// The best match must be this much nearer than the best one elsewhere on the target: fine texture has a similar corner near every place.
+const MAX_RATIO: f32 = 0.9;
 
 /// Largest angle between a match and the mesh, radians.
 const TURN: f32 = 0.5;
@@ -22,7 +25,7 @@ const SCALING: f32 = 2.2;
 const COARSER: usize = 4;
 
 /// For each feature of the image on the surface of `mesh` with its vertices at `vertices`: the most similar feature of the target
-/// whose place is within `search_px` pixels. Without features: those of `candidates` that lie so near.
+/// whose place is within `search_px` pixels, where it stands out. Without features: those of `candidates` that lie so near.
 pub(crate) fn guided_matches(
     seen: &ImageEvidence<'_>,
     target: &PictureTarget,
@@ -32,7 +35,8 @@ pub(crate) fn guided_matches(
     let surface = ProjectedMesh::new(mesh, vertices, seen.camera, target.template.size_mm())?;
     let (features, others) = (seen.features, &target.features);
     let most = (MAX_DIFFERENT * BITS as f32) as u16;
-    let mut found = Vec::new();
+    let elsewhere_mm = ELSEWHERE_PX * target.mm_per_pixel;
+    let (mut compared, mut found) = (Vec::new(), Vec::new());
     for (image, (feature, descriptor)) in features.all.iter().zip(&features.descriptors).enumerate() {
         let Some(expected) = surface.at(feature.position) else {
             continue;
@@ -43,9 +47,17 @@ pub(crate) fn guided_matches(
         };
         let reach = search_px as f32 * expected.mm_per_pixel;
         let near = target.near(expected.place, reach).filter(fits);
-        let compared = near.map(|other| (descriptor.distance(&others.descriptors[other]), other));
-        if let Some((_, other)) = compared.min().filter(|(distance, _)| *distance <= most) {
-            found.push(Match::of(features, image, target, other));
+        compared.clear();
+        compared.extend(near.map(|other| (descriptor.distance(&others.descriptors[other]), other)));
+        let Some(&(least, best)) = compared.iter().min().filter(|(least, _)| *least <= most) else {
+            continue;
+        };
+        let is_clear = |&(distance, other): &(u16, usize)| {
+            let is_rival = target.places[other].distance(target.places[best]) > elsewhere_mm;
+            !is_rival || f32::from(least + 1) <= MAX_RATIO * f32::from(distance + 1)
+        };
+        if compared.iter().all(is_clear) {
+            found.push(Match::of(features, image, target, best));
         }
     }
     if features.is_empty() {

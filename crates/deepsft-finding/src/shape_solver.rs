@@ -16,10 +16,6 @@ const INDEPENDENT: f64 = 100.0;
 /// Accepted steps per stiffness.
 const STEPS: usize = 10;
 
-/// About what a wrong match counts that was found near a wrong mesh: without it the mesh that covers most of the image wins.
-/// Chosen on synthetic frames.
-const BY_CHANCE: f64 = 0.25;
-
 /// Robust steps of the affine fit, and of the pose of a solid.
 const AFFINE_STEPS: usize = 8;
 const POSE_STEPS: usize = 40;
@@ -111,12 +107,11 @@ impl ShapeSolver {
         }
     }
 
-    /// How many of `matches` the mesh at `vertices` explains beyond chance: each counts 1 / (1 + (error / scale)^2) less about what a
-    /// wrong one counts.
-    pub fn explained(&self, camera: &Camera, matches: &[Match], vertices: &[DVec3], scale_px: f64) -> f64 {
+    /// How many of `matches` lie where the mesh at `vertices` has them: each counts 1 / (1 + (error / scale)^2).
+    pub fn agreement(&self, camera: &Camera, matches: &[Match], vertices: &[DVec3], scale_px: f64) -> f64 {
         let one = |m: &Match| {
             let projected = camera.project(self.point(m)?.position(self.mesh().faces(), vertices))?;
-            Some(1.0 / (1.0 + (projected - m.pixel.as_dvec2()).length_squared() / (scale_px * scale_px)) - BY_CHANCE)
+            Some(1.0 / (1.0 + (projected - m.pixel.as_dvec2()).length_squared() / (scale_px * scale_px)))
         };
         matches.iter().filter_map(one).sum()
     }

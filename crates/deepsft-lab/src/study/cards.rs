@@ -75,18 +75,29 @@ fn card(number: u64) -> Picture {
     Picture::from_fn(WIDTH, HEIGHT, |x, y| pixels[y * WIDTH + x])
 }
 
-/// Looks for all cards in frames that show one each, bent, tilted, partly hidden, and prints which were found.
-pub fn run(arguments: &CardsArguments) -> Result<()> {
-    let camera = training_camera().resized((960, 540))?;
-    let config = SynthConfig {
-        camera,
+/// A card as a sheet.
+fn template(number: u64) -> Result<Template> {
+    Ok(Template::thin_shell(
+        card(number),
+        WIDTH_MM,
+        WIDTH_MM * HEIGHT as f64 / WIDTH as f64,
+    )?)
+}
+
+/// What the frames are like.
+fn config() -> Result<SynthConfig> {
+    Ok(SynthConfig {
+        camera: training_camera().resized((960, 540))?,
         empty_probability: 0.0,
         min_visible_px: 4 * SynthConfig::default().min_visible_px,
         ..SynthConfig::default()
-    };
-    let height_mm = WIDTH_MM * HEIGHT as f64 / WIDTH as f64;
-    let cards = (0..arguments.cards).map(|number| Template::thin_shell(card(number), WIDTH_MM, height_mm));
-    let cards = cards.collect::<Result<Vec<_>, _>>()?;
+    })
+}
+
+/// Looks for all cards in frames that show one each, bent, tilted, partly hidden, and prints which were found.
+pub fn run(arguments: &CardsArguments) -> Result<()> {
+    let config = config()?;
+    let cards = (0..arguments.cards).map(template).collect::<Result<Vec<_>>>()?;
     let progress = Mutex::new(Progress::of(arguments.frames, "frames"));
     let threads = rayon::current_num_threads() as u64;
     let looked = (0..threads).into_par_iter().map(|thread| -> Result<Vec<Looked>> {
@@ -111,7 +122,7 @@ pub fn run(arguments: &CardsArguments) -> Result<()> {
         let frames = (thread..arguments.frames).step_by(threads as usize).map(|frame| {
             let shown = (frame % arguments.cards) as usize;
             let sample = Synthesizer::new(&cards[shown], config.clone())?.sample(arguments.seed, frame);
-            let mut view = View::new(&sample.image, &camera);
+            let mut view = View::new(&sample.image, &config.camera);
             let mut found = Vec::new();
             for (k, finder) in finders.iter_mut().enumerate() {
                 if pollster::block_on(finder.estimate(&mut view))?.judgement.found {
@@ -140,4 +151,24 @@ pub fn run(arguments: &CardsArguments) -> Result<()> {
         count(&|(_, found)| found.len() > 1)
     );
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use deepsft_finding::{FeatureFinder, Features};
+
+    #[test]
+    fn a_card_of_fine_print_is_found_before_a_pattern() -> Result<()> {
+        let config = config()?;
+        let is_found = [(1, 13), (6, 18), (8, 128), (4, 148), (1, 169), (4, 184)].map(|(shown, frame)| {
+            let card = template(shown)?;
+            let sample = Synthesizer::new(&card, config.clone())?.sample(4242, frame);
+            let (features, camera) = Features::of(&sample.image, &config.camera)?;
+            Ok(FeatureFinder::new(card)?.find(&features, &camera)?.is_some())
+        });
+        let is_found = is_found.into_iter().collect::<Result<Vec<_>>>()?;
+        assert!(is_found.iter().all(|&is| is), "{is_found:?}");
+        Ok(())
+    }
 }
