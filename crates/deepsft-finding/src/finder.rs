@@ -18,8 +18,8 @@ const FEWEST: usize = 6;
 /// [`BY_CHANCE`] for each. Matches that came from elsewhere alone are few and rough: they have no such bound, nor the next.
 const MIN_EXPLAINED: f64 = 8.0;
 
-/// Least [`FeatureFinder::significance`] of the best mesh. On synthetic frames two right meshes in a hundred have less; of 56 wrong ones that explain
-/// enough 52 have, and fits to wrong ones are found at times.
+/// Least [`FeatureFinder::significance`] of the best mesh. Of 106 right ones on synthetic frames one has less, of 56 wrong ones that explain
+/// enough 51: fits to wrong ones are found at times.
 const MIN_SIGNIFICANCE: f64 = 13.0;
 
 /// About what a wrong match counts that was found near a wrong mesh: without it the mesh that covers most of the image wins.
