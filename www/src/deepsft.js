@@ -9,7 +9,7 @@ import { DeepSftError } from "./error.js";
 import { FrameRequests } from "./frame-requests.js";
 import { Scan, scanFiles } from "./targets/scan.js";
 import { isSamePicture, pictureSource, templateSource, unusable } from "./targets/target-source.js";
-import { Target, unknownTarget } from "./targets/target.js";
+import { MODEL_TARGET, Target, unknownTarget } from "./targets/target.js";
 import { LastingTracker } from "./tracking/lasting-tracker.js";
 import { Session } from "./tracking/session.js";
 import { TrackerWorker } from "./tracking/tracker-worker.js";
@@ -70,13 +70,6 @@ import { TrackerWorker } from "./tracking/tracker-worker.js";
  *   of its frame, and owns it: call its `close()` when done
  */
 
-/** What of a model's files the tracker needs. */
-const MODEL_FILE = "model.json";
-const TEMPLATE_FOLDER = "template/";
-
-/** Number of the model's target. */
-const MODEL_TARGET = 0;
-
 const WASM_NAME = "deepsft_web_bg.wasm";
 /** Bundlers know only this form. */
 const WASM_URL = new URL("../dist/deepsft_web_bg.wasm", import.meta.url);
@@ -87,7 +80,7 @@ export class DeepSft {
   #plan;
   #engine;
   #requests;
-  /** By number, with what they were made of. @type {Map<number, { target: Target, source: TargetSource }>} */
+  /** By number. @type {Map<number, Target>} */
   #targets = new Map();
   #lastTarget = MODEL_TARGET;
   /** Those that run, and whether they follow all there is. @type {Map<Session, boolean>} */
@@ -103,12 +96,7 @@ export class DeepSft {
     this.#plan = plan;
     this.#engine = engine;
     this.#requests = new FrameRequests(engine, (target) => this.#chosen(target));
-    const { files } = plan.request;
-    if (!engine.model || !files) return;
-    const target = new Target(MODEL_TARGET, engine.info.modelName ?? "", "model", engine.model);
-    const isNeeded = (/** @type {string} */ name) => name === MODEL_FILE || name.startsWith(TEMPLATE_FOLDER);
-    const source = { kind: /** @type {const} */ ("model"), files: new Map([...files].filter(([name]) => isNeeded(name))) };
-    this.#targets.set(MODEL_TARGET, { target, source });
+    if (engine.model) this.#targets.set(MODEL_TARGET, new Target(MODEL_TARGET, engine.info.modelName ?? "", "model", engine.model));
   }
 
   /**
@@ -152,7 +140,7 @@ export class DeepSft {
    * @returns {Target[]}
    */
   get targets() {
-    return [...this.#targets.values()].map(({ target }) => target);
+    return [...this.#targets.values()];
   }
 
   /**
@@ -244,8 +232,8 @@ export class DeepSft {
   async #addTarget(kind, name, source, signal) {
     const refuseTwins = () => {
       signal?.throwIfAborted();
-      const twin = [...this.#targets.values()].find((known) => isSamePicture(known.source, source));
-      if (twin) throw unusable(`This picture is a target already ("${twin.target.name}"): the two could not be told apart.`);
+      const twin = this.targets.find(({ id }) => isSamePicture(this.#engine.sources.get(id), source));
+      if (twin) throw unusable(`This picture is a target already ("${twin.name}"): the two could not be told apart.`);
     };
     refuseTwins();
     const id = ++this.#lastTarget;
@@ -258,10 +246,10 @@ export class DeepSft {
     }
     const target = new Target(id, name, kind, description, source.kind !== "picture" || source.hasSize);
     for (const { id, share } of description.alike.sort((a, b) => b.share - a.share)) {
-      const other = this.#targets.get(id)?.target;
+      const other = this.#targets.get(id);
       if (other) target.alike.push({ target: other, share });
     }
-    this.#targets.set(id, { target, source });
+    this.#targets.set(id, target);
     for (const [session, followsAll] of this.#sessions) if (followsAll) session.addTarget(target);
     return target;
   }
@@ -274,7 +262,7 @@ export class DeepSft {
    */
   #chosen(target) {
     if (target !== undefined) {
-      if (this.#targets.get(target?.id)?.target === target) return target;
+      if (this.#targets.get(target?.id) === target) return target;
       throw unknownTarget("The target was removed, or belongs to another DeepSft.");
     }
     const { targets } = this;
@@ -332,7 +320,7 @@ export class DeepSft {
       ...{ targets, signal, module: request.module },
       smooth: smooth === true ? {} : smooth ? checkedSmoothing(smooth) : null,
       tracker: new LastingTracker(() => new TrackerWorker(workerUrl, timeoutMs)),
-      sourceOf: (target) => ({ id: this.#chosen(target).id, source: /** @type {{ source: TargetSource }} */ (this.#targets.get(target.id)).source }),
+      sourceOf: (target) => ({ id: this.#chosen(target).id, source: /** @type {TargetSource} */ (this.#engine.sources.get(target.id)) }),
       find: (/** @type {Question} */ question) => this.#requests.find(question, options.onEstimate !== undefined),
     });
     if (!session.closed) this.#sessions.set(session, wanted === undefined);

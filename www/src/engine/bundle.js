@@ -15,7 +15,8 @@ import { KeptFiles, hasHash } from "./kept-files.js";
  * @property {number | null} totalBytes
  */
 
-const MODEL_FILE = "model.json";
+/** What describes a model, in its folder. */
+export const MODEL_FILE = "model.json";
 const SHA256 = /^[0-9a-f]{64}$/;
 
 /**

@@ -2,6 +2,8 @@
 
 import { unlessAborted } from "../abort.js";
 import { DeepSftError, asDeepSftError } from "../error.js";
+import { MODEL_TARGET } from "../targets/target.js";
+import { MODEL_FILE } from "./bundle.js";
 import { EngineWorker } from "./engine-worker.js";
 
 /** @import { EngineInfo, StartRequest, TargetDescription } from "./engine-worker.js" */
@@ -22,23 +24,23 @@ import { EngineWorker } from "./engine-worker.js";
 const EARLY_MS = 60_000;
 /** After so many early losses in a row the CPU does the work. */
 const MAX_EARLY_LOSSES = 3;
+/** What of a model's files, beside the first, its target is made of. */
+const TEMPLATE_FOLDER = "template/";
 
 /** An engine that outlives the loss of its GPU and the death of its worker, with its targets. */
 export class LastingEngine {
   #plan;
   /** @type {EngineWorker} */
   #worker;
-  /** @type {EngineInfo} */
-  #info;
-  /** Those that were added, by number. @type {Map<number, TargetSource>} */
-  #sources = new Map();
   /** When the engine was last started, milliseconds. */
   #startedAt = Date.now();
   /** How often in a row the GPU was lost soon after that. */
   #earlyLosses = 0;
   /** @type {Promise<void> | null} settles when the engine has been started again */
   #restarting = null;
-  #closed = false;
+  /** What its targets are made of, by number. @type {Map<number, TargetSource>} */
+  sources = new Map();
+  closed = false;
 
   /**
    * Use {@link LastingEngine.start}.
@@ -49,9 +51,13 @@ export class LastingEngine {
   constructor(plan, { worker, info, model }) {
     this.#plan = plan;
     this.#worker = worker;
-    this.#info = info;
-    /** The model's target, number 0; null without a model. */
+    this.info = info;
+    /** The model's target; null without a model. */
     this.model = model;
+    const { files } = plan.request;
+    if (!files) return;
+    const needed = [...files].filter(([name]) => name === MODEL_FILE || name.startsWith(TEMPLATE_FOLDER));
+    this.sources.set(MODEL_TARGET, { kind: "model", files: new Map(needed) });
   }
 
   /**
@@ -63,14 +69,6 @@ export class LastingEngine {
     return new LastingEngine(plan, await startEngine(plan, signal));
   }
 
-  get info() {
-    return this.#info;
-  }
-
-  get closed() {
-    return this.#closed;
-  }
-
   /**
    * @param {number} id
    * @param {TargetSource} source
@@ -78,20 +76,20 @@ export class LastingEngine {
    */
   async addTarget(id, source) {
     const description = await this.run((worker) => worker.addTarget({ id, source }));
-    this.#sources.set(id, source);
+    this.sources.set(id, source);
     return description;
   }
 
   /** @param {number} id */
   removeTarget(id) {
-    this.#sources.delete(id);
+    this.sources.delete(id);
     // An engine that has ended has no targets either.
     this.#worker.removeTarget({ id }).catch(() => undefined);
   }
 
   /** Stops the worker; what is under way rejects with `closed`. */
   close() {
-    this.#closed = true;
+    this.closed = true;
     this.#worker.terminate(closedError());
   }
 
@@ -103,13 +101,13 @@ export class LastingEngine {
    */
   async run(work) {
     for (let deaths = 0; ; ) {
-      if (this.#closed) throw closedError();
+      if (this.closed) throw closedError();
       const worker = this.#worker;
       try {
         return await work(worker);
       } catch (error) {
         const isLoss = asDeepSftError(error).code === "gpu-lost";
-        if (this.#closed || !(isLoss || worker.hasEnded)) throw error;
+        if (this.closed || !(isLoss || worker.hasEnded)) throw error;
         // Another call may have seen it before.
         if (worker === this.#worker)
           await (this.#restarting ??= this.#restart(error).finally(() => (this.#restarting = null)));
@@ -138,13 +136,10 @@ export class LastingEngine {
     try {
       const device = isBroken ? "cpu" : request.device;
       started = await startEngine({ ...this.#plan, request: { ...request, device } }, undefined);
-      const added = [];
-      for (const [id, source] of this.#sources) {
-        await started.worker.addTarget({ id, source });
-        added.push(id);
-      }
+      const added = [...this.sources].filter(([id]) => id !== MODEL_TARGET);
+      for (const [id, source] of added) await started.worker.addTarget({ id, source });
       // Meanwhile some may have been removed.
-      for (const id of added) if (!this.#sources.has(id)) await started.worker.removeTarget({ id });
+      for (const [id] of added) if (!this.sources.has(id)) await started.worker.removeTarget({ id });
     } catch (cause) {
       started?.worker.terminate(cause);
       throw new DeepSftError(
@@ -153,11 +148,11 @@ export class LastingEngine {
         { cause },
       );
     }
-    if (this.#closed) return started.worker.terminate(closedError());
+    if (this.closed) return started.worker.terminate(closedError());
     /** @type {EngineInfo["fallback"]} */
     const fallback = isBroken ? { code: "gpu-lost", message } : started.info.fallback;
     this.#startedAt = Date.now();
-    [this.#worker, this.#info] = [started.worker, { ...started.info, fallback }];
+    [this.#worker, this.info] = [started.worker, { ...started.info, fallback }];
   }
 }
 

@@ -104,11 +104,11 @@ async function fetchTemplate(url) {
 /**
  * Whether two pictures have the same pixels.
  *
- * @param {TargetSource} one
+ * @param {TargetSource | undefined} one
  * @param {TargetSource} other
  */
 export function isSamePicture(one, other) {
-  if (one.kind !== "picture" || other.kind !== "picture") return false;
+  if (one?.kind !== "picture" || other.kind !== "picture") return false;
   const [a, b] = [one.pixels, other.pixels];
   return a.width === b.width && a.height === b.height && a.data.every((value, i) => value === b.data[i]);
 }

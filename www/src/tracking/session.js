@@ -242,31 +242,36 @@ export class Session extends Announcer {
         next = null;
         if (!current) break;
         current.ask();
-        const raw = await this.#followedBy(current);
-        if (!raw) break;
         const { frame, timeMs, camera, grabMs, number } = current;
-        const totalMs = performance.now() - current.began;
-        // Some may have been removed meanwhile.
-        const seen = raw.targets.flatMap((one) => {
-          const target = this.#followed.get(one.id);
-          if (!target) return [];
-          const mesh = one.surface ? new SurfaceMesh(one.surface, target.mesh, "tracking") : null;
-          return [{ changed: one.changed, tracked: new TrackedTarget({ ...one, target, mesh }) }];
-        });
-        const targets = seen.map(({ tracked }) => tracked);
-        const times = { captureMs: grabMs + raw.readMs, ...raw.times, totalMs };
-        const tracked = new TrackedFrame({ number, timeMs, targets, camera, times, networkFps: this.#networkFps, frame });
+        /** @type {TrackedFrame | null} */
+        let tracked = null;
         try {
+          const raw = await current.answer;
+          if (this.#end) break;
+          this.#next = raw.next;
+          // Estimates of frames before are of another camera, or of this one as it was held.
+          if (raw.afresh) this.#viewBegan = number;
+          const totalMs = performance.now() - current.began;
+          // Some may have been removed meanwhile.
+          const seen = raw.targets.flatMap((one) => {
+            const target = this.#followed.get(one.id);
+            if (!target) return [];
+            const mesh = one.surface ? new SurfaceMesh(one.surface, target.mesh, "tracking") : null;
+            return [{ changed: one.changed, tracked: new TrackedTarget({ ...one, target, mesh }) }];
+          });
+          const targets = seen.map(({ tracked }) => tracked);
+          const times = { captureMs: grabMs + raw.readMs, ...raw.times, totalMs };
+          tracked = new TrackedFrame({ number, timeMs, targets, camera, times, networkFps: this.#networkFps, frame });
           // Where a frame waits already, the worker follows it while the page draws this one.
           next = this.#frames.waiting ? await this.#begin(true) : null;
           if (this.#end) break;
           for (const { changed, tracked: { target, copy, found } } of seen)
             if (changed) this.tell(found ? "found" : "lost", { target, copy, frame: tracked });
           yield tracked;
+          if (raw.focal) this.#tellFocal(current, raw.focal);
         } finally {
-          if (!tracked.kept) tracked.close();
+          if (!tracked?.kept) (tracked ?? frame).close();
         }
-        if (raw.focal) this.#tellFocal(current, raw.focal);
       }
     } catch (error) {
       this.#finish(asDeepSftError(error));
@@ -276,28 +281,6 @@ export class Session extends Announcer {
       next?.frame.close();
     }
     if (this.#end?.error) throw this.#end.error;
-  }
-
-  /**
-   * What the tracker says of a frame.
-   *
-   * @param {Following} following its frame is closed where nobody wants to know any more
-   * @returns null once closed
-   */
-  async #followedBy({ answer, number, frame }) {
-    const raw = await answer.catch((error) => {
-      frame.close();
-      if (!this.#end) throw error;
-      return null;
-    });
-    if (!raw || this.#end) {
-      frame.close();
-      return null;
-    }
-    this.#next = raw.next;
-    // Estimates of frames before are of another camera, or of this one as it was held.
-    if (raw.afresh) this.#viewBegan = number;
-    return raw;
   }
 
   /** How sure the focal length of a camera is, as the tracker takes it. @param {SourcedCamera} camera */
