@@ -10,7 +10,6 @@ import { FrameRequests } from "./frame-requests.js";
 import { Scan, scanFiles } from "./targets/scan.js";
 import { isSamePicture, pictureSource, templateSource, unusable } from "./targets/target-source.js";
 import { MODEL_TARGET, Target, unknownTarget } from "./targets/target.js";
-import { LastingTracker } from "./tracking/lasting-tracker.js";
 import { Session } from "./tracking/session.js";
 import { TrackerWorker } from "./tracking/tracker-worker.js";
 
@@ -319,7 +318,7 @@ export class DeepSft {
       ...options,
       ...{ targets, signal, module: request.module },
       smooth: smooth === true ? {} : smooth ? checkedSmoothing(smooth) : null,
-      tracker: new LastingTracker(() => new TrackerWorker(workerUrl, timeoutMs)),
+      startTracker: () => new TrackerWorker(workerUrl, timeoutMs),
       sourceOf: (target) => ({ id: this.#chosen(target).id, source: /** @type {TargetSource} */ (this.#engine.sources.get(target.id)) }),
       find: (/** @type {Question} */ question) => this.#requests.find(question, options.onEstimate !== undefined),
     });

@@ -12,9 +12,8 @@ const MAX_DEATHS = 2;
 /** A tracker that outlives the death of its worker, with its targets. They are lost then, until the finders see them again. */
 export class LastingTracker {
   #create;
+  #request;
   #worker;
-  /** @type {TrackerStartRequest | null} */
-  #request = null;
   #deaths = 0;
   /** Targets that were told to be found. @type {Set<string>} */
   #found = new Set();
@@ -24,28 +23,28 @@ export class LastingTracker {
   #hearing = null;
   #closed = false;
 
-  /** @param {() => TrackerWorker} create */
-  constructor(create) {
+  /**
+   * @param {() => TrackerWorker} create
+   * @param {() => TrackerStartRequest} request what a worker starts with, now
+   */
+  constructor(create, request) {
     this.#create = create;
+    this.#request = request;
     this.#worker = create();
   }
 
-  /** @param {TrackerStartRequest} request */
-  start(request) {
-    this.#request = { ...request, targets: [...request.targets] };
-    return this.#worker.start(request);
+  start() {
+    return this.#worker.start(this.#request());
   }
 
   /** @param {TargetRequest} target */
-  async track(target) {
-    this.#request?.targets.push(target);
-    await this.#run((worker) => worker.track(target));
+  track(target) {
+    return this.#run((worker) => worker.track(target));
   }
 
   /** @param {{ id: number }} request */
-  untrack({ id }) {
-    if (this.#request) this.#request.targets = this.#request.targets.filter((target) => target.id !== id);
-    return this.#worker.untrack({ id });
+  untrack(request) {
+    return this.#worker.untrack(request);
   }
 
   /**
@@ -100,13 +99,13 @@ export class LastingTracker {
     try {
       return await work(worker);
     } catch (error) {
-      if (this.#closed || !worker.hasEnded || !this.#request) throw error;
+      if (this.#closed || !worker.hasEnded) throw error;
       // Another call may have seen it before.
       if (worker === this.#worker) {
         if (++this.#deaths > MAX_DEATHS) throw error;
         this.#worker = this.#create();
         // Calls wait for it in the worker; one that cannot start is dead for them too.
-        this.#worker.start(this.#request).catch((reason) => this.#worker.terminate(reason));
+        this.start().catch((reason) => this.#worker.terminate(reason));
       }
       return null;
     }
@@ -119,7 +118,7 @@ export class LastingTracker {
    */
   #lost({ focal = CANONICAL_FOCAL }) {
     const nothing = { surface: null, correlation: 0, iterations: 0 };
-    const targets = (this.#request?.targets ?? []).flatMap(({ id, source }) => {
+    const targets = this.#request().targets.flatMap(({ id, source }) => {
       const copies = source.kind === "picture" ? source.copies : 1;
       return Array.from({ length: copies }, (_, copy) => ({ id, copy, found: false, held: false, ...nothing }));
     });

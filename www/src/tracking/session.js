@@ -13,6 +13,7 @@ import { scaledDepth } from "../results/estimate.js";
 import { SurfaceMesh } from "../results/surface-mesh.js";
 import { TrackedFrame, TrackedTarget } from "../results/tracked-frame.js";
 import { VideoFrames } from "../frames/video-frames.js";
+import { LastingTracker } from "./lasting-tracker.js";
 
 /** @import { RawAnswer, TargetRequest } from "../engine/engine-worker.js" */
 /** @import { Estimate } from "../results/estimate.js" */
@@ -21,9 +22,8 @@ import { VideoFrames } from "../frames/video-frames.js";
 /** @import { OwnFrame } from "../frames/own-frames.js" */
 /** @import { StallReason } from "../frames/video-frames.js" */
 /** @import { Target } from "../targets/target.js" */
-/** @import { LastingTracker } from "./lasting-tracker.js" */
 /** @import { NextFrame } from "./tracker-host.js" */
-/** @import { Smoothing } from "./tracker-worker.js" */
+/** @import { Smoothing, TrackerWorker } from "./tracker-worker.js" */
 
 /**
  * Where frames come from: a video, a camera, or frames of one's own.
@@ -55,7 +55,7 @@ import { VideoFrames } from "../frames/video-frames.js";
 /**
  * @typedef {object} OwnParts
  * @property {readonly Target[]} targets
- * @property {LastingTracker} tracker ended with the session
+ * @property {() => TrackerWorker} startTracker starts a worker, which is ended with the session
  * @property {WebAssembly.Module} module
  * @property {Smoothing | null} smooth
  * @property {(target: Target) => TargetRequest} sourceOf
@@ -92,6 +92,7 @@ const STALLED_LOOKS = 3;
  */
 export class Session extends Announcer {
   #parts;
+  #tracker;
   #frames;
   /** @type {CameraStream | null} */
   #stream;
@@ -131,15 +132,16 @@ export class Session extends Announcer {
   constructor(source, parts) {
     super();
     this.#parts = parts;
+    this.#followed = new Map(parts.targets.map((target) => [target.id, target]));
+    const { module, smooth, sourceOf, signal } = parts;
+    this.#tracker = new LastingTracker(parts.startTracker, () => ({ module, smooth, targets: this.targets.map(sourceOf) }));
     this.#stream = source instanceof CameraStream ? source : null;
     const video = source instanceof CameraStream ? source.video : source;
     this.#frames = Symbol.asyncIterator in video ? new OwnFrames(video) : new VideoFrames(video, parts.software);
-    this.#followed = new Map(parts.targets.map((target) => [target.id, target]));
     // The finders look at the first frame while the tracker starts, which then follows it.
     const question = this.#followed.size > 0 ? { ids: [...this.#followed.keys()], onlyConfirms: false } : null;
     this.#next = { focal: CANONICAL_FOCAL, intervalMs: 0, question };
-    const { module, smooth, tracker, sourceOf, signal } = parts;
-    tracker.start({ module, smooth, targets: parts.targets.map(sourceOf) }).catch((error) => this.#finish(error));
+    this.#tracker.start().catch((error) => this.#finish(error));
     this.#watching = setInterval(() => this.#watch(), WATCH_MS);
     const options = { signal: this.#listening.signal };
     signal?.addEventListener("abort", () => this.#finish(signal.reason), options);
@@ -186,7 +188,7 @@ export class Session extends Announcer {
     if (this.#end) throw closedError();
     if (this.#followed.has(target.id)) return;
     this.#followed.set(target.id, target);
-    this.#parts.tracker.track(request).catch((error) => this.#finish(error));
+    this.#tracker.track(request).catch((error) => this.#finish(error));
   }
 
   /**
@@ -195,7 +197,7 @@ export class Session extends Announcer {
    * @param {Target} target one that is not followed is left alone
    */
   removeTarget({ id }) {
-    if (this.#followed.delete(id)) this.#parts.tracker.untrack({ id }).catch(() => undefined);
+    if (this.#followed.delete(id)) this.#tracker.untrack({ id }).catch(() => undefined);
   }
 
   /**
@@ -208,7 +210,7 @@ export class Session extends Announcer {
    */
   async maps(target) {
     const [of] = target ? [target] : this.#followed.values();
-    const maps = await this.#parts.tracker.maps({ id: of?.id ?? -1 });
+    const maps = await this.#tracker.maps({ id: of?.id ?? -1 });
     return { ...maps, depth: scaledDepth(maps.depth, of?.mesh.perMm) };
   }
 
@@ -219,7 +221,7 @@ export class Session extends Announcer {
     this.#listening.abort();
     clearInterval(this.#watching);
     this.#frames.stop();
-    this.#parts.tracker.terminate(closedError());
+    this.#tracker.terminate(closedError());
     this.tell("ended", { error });
   }
 
@@ -361,9 +363,7 @@ export class Session extends Announcer {
       const intrinsics = canonical ? canonicalIntrinsics(camera, focal) : intrinsicsOf(camera);
       const source = [camera.width, camera.height, ...intrinsicsOf(camera)];
       const focalDeviation = this.#focalDeviation(camera);
-      const answer = this.#parts.tracker.follow(
-        { timeS: this.#timeS, afresh, frame: looked, intrinsics, source, focalDeviation, focal, question },
-      );
+      const answer = this.#tracker.follow({ timeS: this.#timeS, afresh, frame: looked, intrinsics, source, focalDeviation, focal, question });
       // It may come to nothing before it is waited for.
       answer.catch(() => undefined);
       // The tracker knows of the question by now, as it must before it hears the answer.
@@ -394,7 +394,7 @@ export class Session extends Announcer {
    * @param {Question} question
    */
   async #ask(number, question) {
-    const { tracker, find, onEstimate } = this.#parts;
+    const { find, onEstimate } = this.#parts;
     if (this.#end) {
       question.canonical?.close();
       return question.frame.close();
@@ -406,7 +406,7 @@ export class Session extends Announcer {
       const now = performance.now();
       if (Number.isFinite(this.#answeredAt)) this.#networkFps = 1000 / (now - this.#answeredAt);
       this.#answeredAt = now;
-      const heard = tracker.answer({ answers, tookMs: now - began, sinceMissedMs: now - this.#frames.missedAt });
+      const heard = this.#tracker.answer({ answers, tookMs: now - began, sinceMissedMs: now - this.#frames.missedAt });
       // Should the callback throw, nobody waits for this any more.
       heard.catch(() => undefined);
       if (estimate && number < this.#viewBegan) estimate.close();

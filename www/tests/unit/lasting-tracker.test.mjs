@@ -32,8 +32,9 @@ class FakeWorker {
 function tracker(...deadly) {
   const calls = new Set(deadly);
   const workers = [];
-  const lasting = new LastingTracker(() => workers[workers.push(new FakeWorker(calls)) - 1]);
-  const start = lasting.start({ module: null, targets: [], smooth: null });
+  const create = () => workers[workers.push(new FakeWorker(calls)) - 1];
+  const lasting = new LastingTracker(create, () => ({ module: null, targets: [], smooth: null }));
+  const start = lasting.start();
   return { lasting, workers, calls, start };
 }
 

@@ -6,7 +6,6 @@ import { setTimeout as wait } from "node:timers/promises";
 
 import { CameraStream } from "deepsft";
 import { DeepSftError } from "../../src/error.js";
-import { LastingTracker } from "../../src/tracking/lasting-tracker.js";
 import { Session } from "../../src/tracking/session.js";
 
 /** All bitmaps that are open. */
@@ -98,7 +97,7 @@ afterEach(() => {
 function follow(source, options = {}) {
   const session = new Session(source, {
     targets: [POSTER],
-    tracker: new LastingTracker(() => worker),
+    startTracker: () => worker,
     module: null,
     smooth: null,
     sourceOf: ({ id }) => ({ id, source: null }),
