@@ -56,11 +56,10 @@ const view = {
 
 const hud = new Hud();
 const takeNewVersion = workOffline();
-const shots = new ShotButtons(part("#shots"), () => live?.view ?? null, (error) =>
+const shots = new ShotButtons(() => live?.view ?? null, (error) =>
   say(`This could not be kept: ${error instanceof Error ? error.message : error}`),
 );
 const cameras = new CameraSwitch(
-  part("#cameras"),
   (name) => (view.sourceLabel.textContent = name || SOURCE_WORDS.camera),
   (error, name) => say(`${name} does not open. ${error instanceof Error ? error.message : error}`),
 );
@@ -82,13 +81,9 @@ let isReturning = false;
 /** @type {() => void} what "Try again" does */
 let retry = () => undefined;
 
-const own = new OwnPicture(view.own, {
-  show() {
-    leaveLive();
-    view.message.close();
-    showView("own");
-  },
-  leave: () => showView("start"),
+const own = new OwnPicture({
+  show: () => showView("own"),
+  leave,
   use(picture, use) {
     subjects.choose(picture);
     if (use === "image") view.imageFile.click();
@@ -100,6 +95,8 @@ const own = new OwnPicture(view.own, {
 
 /** @param {"start" | "own" | "live"} name */
 function showView(name) {
+  leaveLive();
+  view.message.close();
   const before = document.body.dataset.view;
   document.body.dataset.view = name;
   view.live.hidden = name !== "live";
@@ -132,8 +129,6 @@ function addressOf(name) {
 
 /** Back to the start screen. */
 function leave() {
-  leaveLive();
-  view.message.close();
   showView("start");
 }
 
@@ -185,17 +180,14 @@ function say(words) {
  * @param {(signal: AbortSignal) => Promise<void>} run ends with the signal
  */
 async function enterLive(kind, run) {
-  leaveLive();
-  const { signal } = (leaving = new AbortController());
   retry = () => void enterLive(kind, run);
-  view.message.close();
   view.sourceLabel.textContent = SOURCE_WORDS[kind];
   view.loading.hidden = false;
   view.loadingText.textContent = kind === "camera" ? "Asking for the camera" : "Starting";
-  view.live.dataset.source = kind;
-  view.live.dataset.subject = subjects.kind;
+  Object.assign(view.live.dataset, { source: kind, subject: subjects.kind });
   hud.reset();
   showView("live");
+  const { signal } = (leaving = new AbortController());
   try {
     await run(signal);
   } catch (error) {
