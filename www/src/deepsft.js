@@ -13,17 +13,11 @@ import { MODEL_TARGET, Target, unknownTarget } from "./targets/target.js";
 import { Session } from "./tracking/session.js";
 import { TrackerWorker } from "./tracking/tracker-worker.js";
 
-/** @import { EstimateOptions, FlatPrint, FlattenOptions } from "./frame-requests.js" */
-/** @import { Estimate } from "./results/estimate.js" */
-/** @import { LoadProgress, ModelInput } from "./engine/bundle.js" */
+/** @import { CameraOption, Estimate, EstimateOptions, FlatPrint, FlattenOptions, FrameSource, ImageInput, LoadProgress, ScanInput, Smoothing, TargetKind, TemplateInput } from "./index.js" */
+/** @import { ModelInput } from "./engine/bundle.js" */
 /** @import { StartPlan } from "./engine/lasting-engine.js" */
-/** @import { ImageInput } from "./frames/image-input.js" */
-/** @import { CameraOption } from "./camera/intrinsics.js" */
-/** @import { ScanInput } from "./targets/scan.js" */
-/** @import { TargetKind } from "./targets/target.js" */
-/** @import { TargetSource, TemplateInput } from "./targets/target-source.js" */
-/** @import { FrameSource, Question } from "./tracking/session.js" */
-/** @import { Smoothing } from "./tracking/tracker-worker.js" */
+/** @import { TargetSource } from "./targets/target-source.js" */
+/** @import { Question } from "./tracking/session.js" */
 
 /**
  * @typedef {object} LoadOptions

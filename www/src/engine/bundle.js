@@ -5,6 +5,8 @@ import { fileIn } from "../address.js";
 import { DeepSftError } from "../error.js";
 import { KeptFiles, hasHash } from "./kept-files.js";
 
+/** @import { LoadOptions } from "../deepsft.js" */
+
 /**
  * How far loading has come. `engine` is the WebAssembly module, `model` the bundle, `start` the time in which
  * the device starts and the first, slow, frame runs. `totalBytes` is null where the server does not say.
@@ -89,11 +91,7 @@ function listedFiles(manifest, url) {
  * taken from what this browser keeps, where their hashes are the same.
  *
  * @param {URL} folder ends in "/"
- * @param {object} [options]
- * @param {(progress: LoadProgress) => void} [options.onProgress]
- * @param {AbortSignal} [options.signal]
- * @param {boolean} [options.keep] whether to keep the files in this browser, and take what it keeps
- * @param {HeadersInit} [options.headers] of each request
+ * @param {Pick<LoadOptions, "onProgress" | "signal" | "keep" | "headers">} [options]
  * @returns {Promise<Map<string, Uint8Array>>} file name (relative, "/") to content
  * @throws {DeepSftError} `model-load`, `model-corrupt`
  */
@@ -101,7 +99,8 @@ export async function fetchBundle(folder, { onProgress, signal, keep = true, hea
   const manifestUrl = fileIn(folder, MODEL_FILE);
   const manifest = await fetchBytes(manifestUrl, signal, { cache: "no-cache", headers });
   const listed = listedFiles(manifest, manifestUrl);
-  const kept = await KeptFiles.open(folder, keep);
+  const kept = new KeptFiles(folder);
+  if (keep) await kept.open();
   const totalBytes = [...listed.values()].reduce((sum, { size }) => sum + size, 0);
   let loadedBytes = 0;
   const onBytes = (/** @type {number} */ length) => {
@@ -118,7 +117,7 @@ export async function fetchBundle(folder, { onProgress, signal, keep = true, hea
       return /** @type {const} */ ([name, bytes]);
     }),
   );
-  await kept.drop(new Map([...listed].flatMap(([name, { sha256 }]) => (sha256 ? [[name, sha256]] : []))));
+  await kept.dropOthers(listed);
   return new Map([[MODEL_FILE, manifest], ...contents]);
 }
 

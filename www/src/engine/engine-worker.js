@@ -4,6 +4,7 @@ import { DeepSftError } from "../error.js";
 import { WorkerCalls } from "./worker-calls.js";
 
 /** @import { Engine, RawEstimate as EngineEstimate } from "../../pkg/deepsft_web.js" */
+/** @import { LoadOptions } from "../deepsft.js" */
 /** @import { LoadProgress } from "./bundle.js" */
 /** @import { DeepSftErrorCode } from "../error.js" */
 /** @import { TargetSource } from "../targets/target-source.js" */
@@ -69,9 +70,7 @@ const MOVED_BY_VITE = /\/\.vite\//;
  * counted on a copy.
  *
  * @param {URL} url
- * @param {object} [options]
- * @param {(progress: LoadProgress) => void} [options.onProgress]
- * @param {AbortSignal} [options.signal]
+ * @param {Pick<LoadOptions, "onProgress" | "signal">} [options]
  * @throws {DeepSftError} `engine-load`
  */
 export async function compileEngine(url, { onProgress, signal } = {}) {

@@ -46,10 +46,8 @@ export class MaskCovering {
    */
   follow(frame, mesh, certain) {
     if (certain) this.#meshes.set(frame, mesh);
-    for (const old of this.#meshes.keys()) {
-      if (this.#meshes.size <= MAX_REMEMBERED) break;
-      this.#meshes.delete(old);
-    }
+    const [oldest] = this.#meshes.keys();
+    if (this.#meshes.size > MAX_REMEMBERED) this.#meshes.delete(oldest);
     const count = mesh.confidence.length;
     if (this.#seen.length !== count) this.#seen = new Float32Array(count).fill(1);
     return confirmed(this.#seen, mesh.confidence);

@@ -3,8 +3,7 @@
 import { ramp } from "./ramp.js";
 import { luminanceOf } from "./template-light.js";
 
-/** @import { SurfaceMesh } from "../results/surface-mesh.js" */
-/** @import { Target } from "../targets/target.js" */
+/** @import { SurfaceMesh, Target } from "../index.js" */
 
 /** Standard deviation of the print's luminance around a vertex, 0 to 255, from which on the image must confirm it, and below which it cannot. */
 const DETAIL = { from: 8, fully: 20 };

@@ -4,9 +4,7 @@ import { verticesInImage } from "../camera/canonical.js";
 import { gentleRamp } from "./ramp.js";
 import { LIGHT_FLOOR, LINEAR_OF_SRGB, MAX_LIGHT, luminanceOf } from "./template-light.js";
 
-/** @import { SourcedCamera } from "../camera/intrinsics.js" */
-/** @import { MeshTopology } from "../engine/engine-worker.js" */
-/** @import { SurfaceMesh } from "../results/surface-mesh.js" */
+/** @import { MeshTopology, SourcedCamera, SurfaceMesh } from "../index.js" */
 /** @import { TemplateLight } from "./template-light.js" */
 
 /** What is printed on a face is the mean of its cells, of so many along each edge. */

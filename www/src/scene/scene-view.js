@@ -16,12 +16,7 @@ import { SceneLayers } from "./scene-layers.js";
 import { Screens } from "./screens.js";
 import { SoundButton } from "./sound-button.js";
 
-/** @import { PictureOptions } from "../deepsft.js" */
-/** @import { FlatPrint, FlattenOptions } from "../frame-requests.js" */
-/** @import { ImageInput } from "../frames/image-input.js" */
-/** @import { Estimate } from "../results/estimate.js" */
-/** @import { Target } from "../targets/target.js" */
-/** @import { FrameSource, Session } from "../tracking/session.js" */
+/** @import { Estimate, FrameSource, ImageInput, PictureOptions, Session, Target } from "../index.js" */
 /** @import { SceneEvents, SceneOptions } from "./scene-options.js" */
 /** @import { ScreenContents, ScreenName } from "./screens.js" */
 
@@ -177,31 +172,24 @@ export class SceneView extends Announcer {
     if (!target || !this.targets.includes(target)) throw unknownTarget("The scene has no such print: give it a picture.");
     const known = this.#sheets.get(target);
     if (known) return known;
+    const { signal } = this.#ending;
     const sheet = new SceneSheet(target, {
-      ...{ light: this.#options.light ?? true, place: this.#element, signal: this.#ending.signal },
-      flatten: (options) => this.#flatten(target, options),
+      ...{ light: this.#options.light ?? true, place: this.#element, signal },
+      flatten: async (options) => {
+        const { frame, camera } = this.#frame ?? {};
+        if (!frame || !this.#sft) return null;
+        // The frame itself is let go as soon as there is a newer one.
+        const copy = await createImageBitmap(frame);
+        try {
+          return await this.#sft.flatten(copy, { signal, ...options, target, camera });
+        } finally {
+          copy.close();
+        }
+      },
     });
     this.#sheets.set(target, sheet);
     this.scene.add(sheet);
     return sheet;
-  }
-
-  /**
-   * @param {Target} target
-   * @param {FlattenOptions} options
-   * @returns {Promise<FlatPrint | null>}
-   */
-  async #flatten(target, options) {
-    if (!this.#frame || !this.#sft) return null;
-    const { frame, camera } = this.#frame;
-    if (!frame) return null;
-    // The frame itself is let go as soon as there is a newer one.
-    const copy = await createImageBitmap(frame);
-    try {
-      return await this.#sft.flatten(copy, { signal: this.#ending.signal, ...options, target, camera });
-    } finally {
-      copy.close();
-    }
   }
 
   /** What is seen now, not mirrored, as a PNG. */

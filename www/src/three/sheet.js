@@ -12,11 +12,7 @@ import { PaperLight } from "./paper-light.js";
 import { SurfaceGeometry } from "./surface-geometry.js";
 
 /** @import { Material, Texture } from "three" */
-/** @import { SourcedCamera } from "../camera/intrinsics.js" */
-/** @import { Estimate } from "../results/estimate.js" */
-/** @import { SurfaceMesh } from "../results/surface-mesh.js" */
-/** @import { TrackedFrame } from "../results/tracked-frame.js" */
-/** @import { Target } from "../targets/target.js" */
+/** @import { Estimate, SourcedCamera, SurfaceMesh, Target, TrackedFrame } from "../index.js" */
 /** @import { AnchorOptions } from "./anchor.js" */
 
 /** From this correlation on the mesh lies well enough for its confidence to tell what covers it. */

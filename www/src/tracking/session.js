@@ -15,15 +15,10 @@ import { TrackedFrame, TrackedTarget } from "../results/tracked-frame.js";
 import { VideoFrames } from "../frames/video-frames.js";
 import { LastingTracker } from "./lasting-tracker.js";
 
+/** @import { Estimate, FollowOptions, OwnFrame, Smoothing, SourcedCamera, StallReason, Target } from "../index.js" */
 /** @import { RawAnswer, TargetRequest } from "../engine/engine-worker.js" */
-/** @import { Estimate } from "../results/estimate.js" */
-/** @import { SourcedCamera } from "../camera/intrinsics.js" */
-/** @import { FollowOptions } from "../deepsft.js" */
-/** @import { OwnFrame } from "../frames/own-frames.js" */
-/** @import { StallReason } from "../frames/video-frames.js" */
-/** @import { Target } from "../targets/target.js" */
 /** @import { NextFrame } from "./tracker-host.js" */
-/** @import { Smoothing, TrackerWorker } from "./tracker-worker.js" */
+/** @import { TrackerWorker } from "./tracker-worker.js" */
 
 /**
  * Where frames come from: a video, a camera, or frames of one's own.
