@@ -198,7 +198,7 @@ async function enterLive(kind, run) {
 /** The live view. It is fetched, with three.js, when it is first wanted. */
 async function liveView() {
   const { Live } = await import("./live/live.js");
-  live ??= new Live(view.stage, hud, choice, () => (view.loading.hidden = stream?.interrupted !== true));
+  live ??= new Live(hud, choice, () => (view.loading.hidden = stream?.interrupted !== true));
   return live;
 }
 

@@ -34,7 +34,7 @@ function announce(name, result) {
 }
 
 export class Live {
-  #container;
+  #container = part("#stage");
   #hud;
   #choice;
   #onShown;
@@ -58,13 +58,11 @@ export class Live {
   #scaledAt = 0;
 
   /**
-   * @param {HTMLElement} container
    * @param {Hud} hud
    * @param {Choice} choice what is drawn over the picture
    * @param {() => void} onShown is told when there is something to see
    */
-  constructor(container, hud, choice, onShown) {
-    this.#container = container;
+  constructor(hud, choice, onShown) {
     this.#hud = hud;
     this.#choice = choice;
     this.#onShown = onShown;
