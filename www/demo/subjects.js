@@ -3,7 +3,7 @@
 import { DeepSft } from "deepsft";
 import { VERSION } from "./offline/version.js";
 
-/** @import { LoadOptions, LoadProgress, Target } from "deepsft" */
+/** @import { LoadProgress, Target } from "deepsft" */
 /** @import { ReadyPicture } from "./own/picture-editor.js" */
 
 /**
@@ -93,8 +93,7 @@ export class Subjects {
    * @param {File[]} files
    */
   async readScan(files) {
-    const sft = await this.#anyEngine();
-    return sft.readScan(files);
+    return (await this.#anyEngine()).readScan(files);
   }
 
   /** One engine does for all, if one is there already. One that still loads a model, or fails to, is not waited for. */
@@ -126,7 +125,9 @@ export class Subjects {
     if (known) return known;
     // The site's service worker keeps our own already.
     const keep = VERSION === null || model !== MODELS.poster;
-    const loading = DeepSft.load(model === "" ? undefined : model, { device: wantedDevice(), keep, onProgress: this.#onProgress });
+    const wanted = parameters.get("device");
+    const device = wanted === "webgpu" || wanted === "cpu" ? wanted : "auto";
+    const loading = DeepSft.load(model === "" ? undefined : model, { device, keep, onProgress: this.#onProgress });
     this.#engines.set(model, loading);
     loading.then(
       (sft) => (this.#loaded ??= sft),
@@ -134,10 +135,4 @@ export class Subjects {
     );
     return loading;
   }
-}
-
-/** @returns {LoadOptions["device"]} */
-function wantedDevice() {
-  const device = parameters.get("device");
-  return device === "webgpu" || device === "cpu" ? device : "auto";
 }

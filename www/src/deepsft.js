@@ -230,7 +230,8 @@ export class DeepSft {
     };
     refuseTwins();
     const id = ++this.#lastTarget;
-    const description = await this.#engine.addTarget(id, source);
+    const description = await this.#engine.run((worker) => worker.addTarget({ id, source }));
+    this.#engine.sources.set(id, source);
     try {
       refuseTwins();
     } catch (error) {

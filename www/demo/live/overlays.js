@@ -52,10 +52,14 @@ export class Overlays {
 
   /** @param {Choice} choice */
   show(choice) {
-    const { overlay, object } = (this.#choice = choice);
+    const { overlay, paper, object } = (this.#choice = choice);
     const sheet = this.#sheet;
     this.#clear();
-    if (overlay === "paper") this.#print();
+    if (overlay === "paper") {
+      this.#painter ??= new PaperPainter(this.#view.renderer, this.#target, this.#view.software);
+      this.#painter.paint(paper, STILL_SECONDS);
+      sheet.map = this.#painter.texture;
+    }
     if (overlay === "shaded") sheet.material = plasterMaterial(this.#target);
     if (overlay === "depth") sheet.material = this.#depth = depthMaterial();
     if (overlay === "mesh") {
@@ -127,12 +131,6 @@ export class Overlays {
     this.#object?.anchor.place(...this.#place);
     this.#object?.anchor.follow(this.#sheet.geometry, performance.now());
     this.#view.refresh();
-  }
-
-  #print() {
-    this.#painter ??= new PaperPainter(this.#view.renderer, this.#target, this.#view.software);
-    this.#painter.paint(this.#choice?.paper ?? "aurora", STILL_SECONDS);
-    this.#sheet.map = this.#painter.texture;
   }
 
   #clear() {

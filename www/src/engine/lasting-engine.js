@@ -69,17 +69,6 @@ export class LastingEngine {
     return new LastingEngine(plan, await startEngine(plan, signal));
   }
 
-  /**
-   * @param {number} id
-   * @param {TargetSource} source
-   * @throws {DeepSftError} `target-unusable`, `model-version`, `closed`
-   */
-  async addTarget(id, source) {
-    const description = await this.run((worker) => worker.addTarget({ id, source }));
-    this.sources.set(id, source);
-    return description;
-  }
-
   /** @param {number} id */
   removeTarget(id) {
     this.sources.delete(id);

@@ -54,7 +54,8 @@ export class PoseFilter {
     } else if (dt > 0) {
       const speeds = weightOf(SPEED_CUTOFF_HZ, dt);
       for (let k = 0; k < 3; k++) this.#velocity[k] += speeds * ((position[k] - raw.position[k]) / dt - this.#velocity[k]);
-      this.#turning += speeds * ((angleBetween(raw.quaternion, quaternion) * REACH_MM) / dt - this.#turning);
+      const angle = 2 * Math.acos(Math.min(1, Math.abs(dot(raw.quaternion, quaternion))));
+      this.#turning += speeds * ((angle * REACH_MM) / dt - this.#turning);
       const moved = weightOf(MIN_CUTOFF_HZ + (PER_SPEED * Math.hypot(...this.#velocity)) / this.#perMm, dt);
       for (let k = 0; k < 3; k++) this.#position[k] += moved * (position[k] - this.#position[k]);
       slerp(this.#quaternion, quaternion, weightOf(MIN_CUTOFF_HZ + PER_SPEED * this.#turning, dt));
@@ -83,15 +84,6 @@ function copy(to, from) {
 
 /** @param {Quaternion} a @param {Quaternion} b */
 const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3];
-
-/**
- * @param {Quaternion} a
- * @param {Quaternion} b
- * @returns {number} radians
- */
-function angleBetween(a, b) {
-  return 2 * Math.acos(Math.min(1, Math.abs(dot(a, b))));
-}
 
 /**
  * Turns one orientation towards another, the shorter way.

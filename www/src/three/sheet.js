@@ -19,6 +19,8 @@ import { SurfaceGeometry } from "./surface-geometry.js";
 const MIN_CORRELATION = 0.6;
 /** Fraction of a vertex's surroundings that is seen, from which on the new print begins to show, and shows fully. */
 const SEEN = { from: 0.3, fully: 0.7 };
+/** A little behind the surface, so that what lies on it is not hidden. */
+const BEHIND = { polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 4 };
 /** Who is drawn after whom. */
 const ORDER = { cover: -4, occluder: -3, paper: -2, shadow: -1 };
 
@@ -58,7 +60,7 @@ export class Sheet extends Group {
     /** What all of it is drawn from, updated in place. */
     this.geometry = new SurfaceGeometry(target.mesh);
     /** Draws nothing, and hides what is behind the sheet: both sides do. */
-    this.occluder = this.#layer(occluderMaterial(), ORDER.occluder);
+    this.occluder = this.#layer(new MeshBasicMaterial({ colorWrite: false, side: DoubleSide, ...BEHIND }), ORDER.occluder);
     /** What is printed on it; null for none. The blank back stays as the camera sees it. */
     this.paper = /** @type {Mesh | null} */ (null);
     if (material) this.material = material;
@@ -80,7 +82,7 @@ export class Sheet extends Group {
 
   /** @param {Texture | null} map */
   set map(map) {
-    this.material = map && paperMaterial(map);
+    this.material = map && new MeshBasicMaterial({ map, vertexColors: true, transparent: true, depthWrite: false, toneMapped: false });
   }
 
   /** What its paper is drawn with; null for nothing. Setting it disposes of the material before. @returns {Material | null} */
@@ -218,16 +220,6 @@ export class Sheet extends Group {
     // What multiplies linear light, as the opacity of black over sRGB.
     /** @type {ShadowMaterial} */ (this.#shadow.material).opacity = 1 - this.light.shade ** (1 / 2.2);
   }
-}
-
-/** Writes depth alone, a little behind the surface, so that what lies on it is not hidden. */
-function occluderMaterial() {
-  return new MeshBasicMaterial({ colorWrite: false, side: DoubleSide, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 4 });
-}
-
-/** @param {Texture} map */
-function paperMaterial(map) {
-  return new MeshBasicMaterial({ map, vertexColors: true, transparent: true, depthWrite: false, toneMapped: false });
 }
 
 /** Writes the depth of what is nearest, where something lies before the sheet: it hides all that stands there. */

@@ -19,17 +19,13 @@ async function started() {
 }
 
 /** @param {TrackerStartRequest} request */
-export async function startTracker(request) {
-  tracker = start(request);
+export async function startTracker({ module, targets, smooth }) {
+  tracker = initialise({ module_or_path: module }).then(async () => {
+    const started = new MeshTracker(smooth !== null, smooth?.minCutoff, smooth?.beta);
+    for (const { id, source } of targets) await addSource(started, id, source);
+    return started;
+  });
   await tracker;
-}
-
-/** @param {TrackerStartRequest} request */
-async function start({ module, targets, smooth }) {
-  await initialise({ module_or_path: module });
-  const tracker = new MeshTracker(smooth !== null, smooth?.minCutoff, smooth?.beta);
-  for (const { id, source } of targets) await addSource(tracker, id, source);
-  return tracker;
 }
 
 /** @param {TargetRequest} target */
