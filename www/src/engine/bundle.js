@@ -110,31 +110,24 @@ export async function fetchBundle(folder, { onProgress, signal, keep = true, hea
   onBytes(0);
   const contents = await Promise.all(
     [...listed].map(async ([name, { sha256 }]) => {
-      const known = sha256 && (await kept.take(name, sha256));
-      if (known) onBytes(known.byteLength);
-      const bytes = known || (await fetchListed(fileIn(folder, name), sha256, signal, { onBytes, headers }));
-      if (!known && sha256) await kept.keep(name, sha256, bytes);
+      let bytes = sha256 && (await kept.take(name, sha256));
+      if (bytes) onBytes(bytes.byteLength);
+      else {
+        const url = fileIn(folder, name);
+        bytes = await fetchBytes(url, signal, { onBytes, headers });
+        // Insecure pages cannot compute hashes; the engine will.
+        if (sha256 && crypto.subtle && !(await hasHash(bytes, sha256))) {
+          // The browser's HTTP cache gave that of another version: once more from the server itself.
+          onBytes(-bytes.byteLength);
+          bytes = await fetchBytes(url, signal, { onBytes, headers, cache: "reload" });
+        }
+        if (sha256) await kept.keep(name, sha256, bytes);
+      }
       return /** @type {const} */ ([name, bytes]);
     }),
   );
   await kept.dropOthers(listed);
   return new Map([[MODEL_FILE, manifest], ...contents]);
-}
-
-/**
- * Fetches a file of a bundle; once more from the server itself where the browser's HTTP cache gave that of another version.
- *
- * @param {URL} url
- * @param {string | null} sha256
- * @param {AbortSignal | undefined} signal
- * @param {{ onBytes: (bytes: number) => void, headers?: HeadersInit }} options
- */
-async function fetchListed(url, sha256, signal, options) {
-  const bytes = await fetchBytes(url, signal, options);
-  // Insecure pages cannot compute it; the engine will.
-  if (!sha256 || !crypto.subtle || (await hasHash(bytes, sha256))) return bytes;
-  options.onBytes(-bytes.byteLength);
-  return fetchBytes(url, signal, { ...options, cache: "reload" });
 }
 
 /**

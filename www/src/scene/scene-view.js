@@ -90,7 +90,6 @@ export class SceneView extends Announcer {
     // A container without a height of its own takes that of the picture.
     else if (element.clientHeight === 0) Object.assign(element.style, { height: "auto", aspectRatio: "4 / 3" });
     this.#screens = new Screens(element, options.screens ?? {});
-    this.#sound = options.sound === false ? null : new SoundButton(element);
     try {
       /** Whether the processor does the drawing. */
       this.software = drawsInSoftware();
@@ -105,6 +104,7 @@ export class SceneView extends Announcer {
     hide(this.#video);
     this.#video.setAttribute("aria-hidden", "true");
     element.append(this.#video, this.#layers.element);
+    this.#sound = options.sound === false ? null : new SoundButton(element);
     this.#resizing.observe(element);
     this.#resize();
     const { signal } = this.#ending;

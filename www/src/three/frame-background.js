@@ -37,9 +37,7 @@ void main() {
 export class FrameBackground extends Mesh {
   #texture = new Texture();
   #uniforms;
-  /** @type {(() => void) | null} */
-  #release = null;
-  /** @type {unknown} */
+  /** @type {{ close?: () => void } | null} */
   #shown = null;
   #warned = false;
 
@@ -88,15 +86,14 @@ export class FrameBackground extends Mesh {
     this.#texture.image = frame;
     this.#texture.needsUpdate = true;
     this.visible = true;
-    this.#release?.();
+    this.#shown?.close?.();
     this.#shown = tracked;
-    this.#release = () => tracked.close?.();
   }
 
   /** Lets frame, texture and material go. */
   dispose() {
-    this.#release?.();
-    [this.#release, this.#shown, this.visible] = [null, null, false];
+    this.#shown?.close?.();
+    [this.#shown, this.visible] = [null, false];
     this.#texture.dispose();
     this.geometry.dispose();
     /** @type {ShaderMaterial} */ (this.material).dispose();

@@ -265,7 +265,13 @@ export class Session extends Announcer {
           for (const { changed, tracked: { target, copy, found } } of seen)
             if (changed) this.tell(found ? "found" : "lost", { target, copy, frame: tracked });
           yield tracked;
-          if (raw.focal) this.#tellFocal(current, raw.focal);
+          // The camera may have changed, or been forgotten, since.
+          if (!raw.focal || JSON.stringify(camera) !== this.#camera) continue;
+          const { width, height } = current.size;
+          const focal = (raw.focal.ratio * camera.fx * width) / camera.width;
+          const spread = raw.focal.deviation * focal;
+          this.#stream?.calibrate(width, height, focal, spread);
+          this.tell("focal", { width, height, focal, spread });
         } finally {
           if (!tracked?.kept) (tracked ?? frame).close();
         }
@@ -285,19 +291,6 @@ export class Session extends Announcer {
     const isWanted = this.#parts.calibrate ?? this.#stream !== null;
     if (!isWanted || source === "given" || source === "exif") return 0;
     return (spread ?? (source === "estimated" ? Infinity : 0)) / fx;
-  }
-
-  /**
-   * @param {Following} following
-   * @param {{ ratio: number, deviation: number }} found
-   */
-  #tellFocal({ camera, size: { width, height } }, { ratio, deviation }) {
-    // The camera may have changed, or been forgotten, since.
-    if (JSON.stringify(camera) !== this.#camera) return;
-    const focal = (ratio * camera.fx * width) / camera.width;
-    const spread = deviation * focal;
-    this.#stream?.calibrate(width, height, focal, spread);
-    this.tell("focal", { width, height, focal, spread });
   }
 
   /**
