@@ -36,16 +36,7 @@ export class TrackedTarget {
 
 /** One frame of a video with the meshes in it. */
 export class TrackedFrame {
-  /**
-   * @param {object} contents
-   * @param {number} contents.number
-   * @param {number} contents.timeMs
-   * @param {TrackedTarget[]} contents.targets
-   * @param {SourcedCamera} contents.camera
-   * @param {TrackedTimes} contents.times
-   * @param {number} contents.networkFps
-   * @param {ImageBitmap | null} contents.frame
-   */
+  /** @param {{ number: number, timeMs: number, targets: TrackedTarget[], camera: SourcedCamera, times: TrackedTimes, networkFps: number, frame: ImageBitmap | null }} contents */
   constructor({ number, timeMs, targets, camera, times, networkFps, frame }) {
     /** Counts the frames the tracker saw, from 1. */
     this.number = number;

@@ -31,12 +31,7 @@ export function regionOf(box, region, page) {
  */
 export function extentOf(scene, camera) {
   const seen = new Box3();
-  const add = (/** @type {Object3D} */ object) => {
-    if (!object.visible) return;
-    if (isDrawn(object)) addTo(seen, object, camera);
-    object.children.forEach(add);
-  };
-  add(scene);
+  scene.traverseVisible((object) => isDrawn(object) && addTo(seen, object, camera));
   return seen;
 }
 

@@ -35,7 +35,7 @@ void main() {
  * For `WebGLRenderer`. Elsewhere lay the canvas over the video element, with `object-fit: cover`.
  */
 export class FrameBackground extends Mesh {
-  #texture = new Texture();
+  #texture;
   #uniforms;
   /** @type {{ close?: () => void } | null} */
   #shown = null;
@@ -45,8 +45,9 @@ export class FrameBackground extends Mesh {
     const geometry = new BufferGeometry();
     // One triangle that covers the canvas.
     geometry.setAttribute("position", new BufferAttribute(new Float32Array([-1, -1, 0, 3, -1, 0, -1, 3, 0]), 3));
+    const texture = new Texture();
     const uniforms = {
-      u_frame: { value: /** @type {Texture | null} */ (null) },
+      u_frame: { value: texture },
       u_camera: { value: new Vector4(1, 1, 0, 0) },
       u_lens: { value: lensUniform({}) },
       u_region: { value: new Vector4() },
@@ -55,12 +56,11 @@ export class FrameBackground extends Mesh {
     const shaders = { vertexShader: VERTEX_SHADER, fragmentShader: FRAGMENT_SHADER };
     super(geometry, new ShaderMaterial({ ...shaders, uniforms, depthTest: false, depthWrite: false, toneMapped: false }));
     this.#uniforms = uniforms;
+    this.#texture = texture;
     this.name = "frame";
     this.renderOrder = FIRST;
     this.frustumCulled = false;
     this.visible = false;
-    const texture = this.#texture;
-    uniforms.u_frame.value = texture;
     texture.colorSpace = SRGBColorSpace;
     texture.minFilter = LinearFilter;
     texture.generateMipmaps = false;
