@@ -224,9 +224,17 @@ export class SceneView extends Announcer {
     return this.#isNew || (this.#frame !== null && !this.software);
   }
 
-  /** Takes over the newest frame, and fires `frame`: a {@link SceneHost} calls it before each drawing. */
-  prepare() {
-    if (this.#frame && !this.closed) this.#prepare(this.#frame, performance.now());
+  /** Takes over the newest frame, and fires `frame`: a {@link SceneHost} calls it before each drawing. @param {number} [now] milliseconds */
+  prepare(now = performance.now()) {
+    const frame = this.#frame;
+    if (!frame || this.closed) return;
+    this.#isNew = false;
+    const deltaS = Math.min(MAX_DELTA_S, Math.max(0, (now - this.#drawnAt) / 1000 || 0));
+    this.#drawnAt = now;
+    this.tell("frame", { deltaS, frame });
+    for (const sheet of this.#sheets.values()) sheet.refreshPrint();
+    this.#sound?.offer([...this.#sheets.values()].flatMap(({ video }) => video ?? []));
+    this.camera.setIntrinsics(frame.camera, this.#page);
   }
 
   /** Records what was just drawn; a {@link SceneHost} calls it after each drawing. */
@@ -387,25 +395,11 @@ export class SceneView extends Announcer {
   #draw(now) {
     const frame = this.#frame;
     if (!frame || this.closed) return;
-    this.#prepare(frame, now);
+    this.prepare(now);
     const began = performance.now();
     this.#layers.draw(frame, this.#page, this.software);
     this.drawMs = performance.now() - began;
     this.drawn();
-  }
-
-  /**
-   * @param {TrackedFrame} frame
-   * @param {number} now milliseconds
-   */
-  #prepare(frame, now) {
-    this.#isNew = false;
-    const deltaS = Math.min(MAX_DELTA_S, Math.max(0, (now - this.#drawnAt) / 1000 || 0));
-    this.#drawnAt = now;
-    this.tell("frame", { deltaS, frame });
-    for (const sheet of this.#sheets.values()) sheet.refreshPrint();
-    this.#sound?.offer([...this.#sheets.values()].flatMap(({ video }) => video ?? []));
-    this.camera.setIntrinsics(frame.camera, this.#page);
   }
 
   /** What was just drawn. @param {HTMLCanvasElement} canvas */
