@@ -5,13 +5,13 @@ import { bundleFiles, fetchBundle } from "./engine/bundle.js";
 import { compileEngine } from "./engine/engine-worker.js";
 import { LastingEngine, closedError } from "./engine/lasting-engine.js";
 import { requireBrowser } from "./engine/requirements.js";
+import { WorkerCalls } from "./engine/worker-calls.js";
 import { DeepSftError } from "./error.js";
 import { FrameRequests } from "./frame-requests.js";
 import { Scan, scanFiles } from "./targets/scan.js";
 import { isSamePicture, pictureSource, templateSource, unusable } from "./targets/target-source.js";
 import { MODEL_TARGET, Target, unknownTarget } from "./targets/target.js";
 import { Session } from "./tracking/session.js";
-import { TrackerWorker } from "./tracking/tracker-worker.js";
 
 /** @import { CameraOption, Estimate, EstimateOptions, FlatPrint, FlattenOptions, FrameSource, ImageInput, LoadProgress, ScanInput, Smoothing, TargetKind, TemplateInput } from "./index.js" */
 /** @import { ModelInput } from "./engine/bundle.js" */
@@ -175,7 +175,7 @@ export class DeepSft {
    */
   async readScan(input, { mmPerUnit } = {}) {
     const files = await scanFiles(input);
-    return new Scan(await this.#engine.run((worker) => worker.readScan({ files, mmPerUnit })), files);
+    return new Scan(await this.#engine.run((worker) => worker.call("readScan", { files, mmPerUnit })), files);
   }
 
   /**
@@ -230,7 +230,7 @@ export class DeepSft {
     };
     refuseTwins();
     const id = ++this.#lastTarget;
-    const description = await this.#engine.run((worker) => worker.addTarget({ id, source }));
+    const description = await this.#engine.run((worker) => worker.call("addTarget", { id, source }));
     this.#engine.sources.set(id, source);
     try {
       refuseTwins();
@@ -313,7 +313,7 @@ export class DeepSft {
       ...options,
       ...{ targets, signal, module: request.module },
       smooth: smooth === true ? {} : smooth ? checkedSmoothing(smooth) : null,
-      startTracker: () => new TrackerWorker(workerUrl, timeoutMs),
+      startTracker: () => new WorkerCalls(workerUrl, timeoutMs),
       sourceOf: (target) => ({ id: this.#chosen(target).id, source: /** @type {TargetSource} */ (this.#engine.sources.get(target.id)) }),
       find: (/** @type {Question} */ question) => this.#requests.find(question, options.onEstimate !== undefined),
     });

@@ -71,7 +71,7 @@ export class FrameRequests {
     const picture = await readImage(image, signal);
     const wanted = async () => {
       signal?.throwIfAborted();
-      const { answer, ...of } = await this.#ask(picture, options, (worker, request) => worker.estimate({ ...request, fit }));
+      const { answer, ...of } = await this.#ask(picture, options, (worker, request) => worker.call("estimate", { ...request, fit }));
       return this.#estimateOf(answer, { ...of, began });
     };
     return unlessAborted(this.#inTurn(wanted), signal, (estimate) => estimate.close());
@@ -88,7 +88,7 @@ export class FrameRequests {
     const wanted = async () => {
       signal?.throwIfAborted();
       const columns = Math.round(width);
-      const { answer } = await this.#ask(picture, options, (worker, request) => worker.flatten({ ...request, columns, unshaded }));
+      const { answer } = await this.#ask(picture, options, (worker, request) => worker.call("flatten", { ...request, columns, unshaded }));
       return answer && { image: new ImageData(answer.rgba, answer.width), confidence: answer.confidence };
     };
     return unlessAborted(this.#inTurn(wanted), signal);
@@ -109,7 +109,7 @@ export class FrameRequests {
         const { answers, estimate: raw } = await this.#engine.run(async (worker) => {
           const copy = await createImageBitmap(canonical ?? frame);
           try {
-            return await worker.find({ ids, estimated, frame: copy, intrinsics, focal });
+            return await worker.call("find", { ids, estimated, frame: copy, intrinsics, focal });
           } catch (error) {
             copy.close();
             throw error;
@@ -156,7 +156,7 @@ export class FrameRequests {
       const { frame } = grabbed;
       try {
         const { width, height } = grabbed;
-        const exifFocal = !cameraOption && image instanceof Blob ? await worker.exifFocal({ file: image, width, height }) : undefined;
+        const exifFocal = !cameraOption && image instanceof Blob ? await worker.call("exifFocal", { file: image, width, height }) : undefined;
         const known = exifFocal === undefined ? cameraOption : centredCamera(width, height, exifFocal, "exif");
         const camera = cameraForFrame(known, grabbed);
         const request = { id: target.id, frame, intrinsics: intrinsicsOf(camera), source: camera.source };
@@ -179,7 +179,7 @@ export class FrameRequests {
       fitMs: raw.fitted?.solveMs ?? 0,
       totalMs: performance.now() - began,
     };
-    const makeMesh = (/** @type {MeshRequest} */ maps) => this.#engine.run((worker) => worker.mesh(maps));
+    const makeMesh = (/** @type {MeshRequest} */ maps) => this.#engine.run((worker) => worker.call("mesh", maps));
     if (!raw.told) return new Estimate(raw, camera, times, target, makeMesh);
     // The sheet has told the camera; the deviation is a fraction of its focal length.
     const [fx, fy, cx, cy, deviation] = raw.told;

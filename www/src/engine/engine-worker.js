@@ -1,13 +1,15 @@
 // The engine's side of the contract: what the worker and the page say to each other.
 
 import { DeepSftError } from "../error.js";
-import { WorkerCalls } from "./worker-calls.js";
 
 /** @import { Engine, RawEstimate as EngineEstimate } from "../../pkg/deepsft_web.js" */
 /** @import { LoadOptions } from "../deepsft.js" */
 /** @import { LoadProgress } from "./bundle.js" */
 /** @import { DeepSftErrorCode } from "../error.js" */
 /** @import { TargetSource } from "../targets/target-source.js" */
+/** @import { WorkerCalls } from "./worker-calls.js" */
+
+/** The worker that finds targets. @typedef {WorkerCalls<typeof import("./engine-host.js")>} EngineWorker */
 
 /**
  * What runs the network.
@@ -114,17 +116,4 @@ function countBytes({ headers, body }, onProgress) {
       },
     }),
   );
-}
-
-/** The worker that finds targets. @extends {WorkerCalls<typeof import("./engine-host.js")>} */
-export class EngineWorker extends WorkerCalls {
-  start = this.calls("start");
-  addTarget = this.calls("addTarget");
-  removeTarget = this.calls("removeTarget");
-  readScan = this.calls("readScan");
-  exifFocal = this.calls("exifFocal");
-  find = this.calls("find");
-  estimate = this.calls("estimate");
-  flatten = this.calls("flatten");
-  mesh = this.calls("mesh");
 }

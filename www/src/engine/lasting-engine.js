@@ -4,9 +4,9 @@ import { unlessAborted } from "../abort.js";
 import { DeepSftError, asDeepSftError } from "../error.js";
 import { MODEL_TARGET } from "../targets/target.js";
 import { MODEL_FILE } from "./bundle.js";
-import { EngineWorker } from "./engine-worker.js";
+import { WorkerCalls } from "./worker-calls.js";
 
-/** @import { EngineInfo, StartRequest, TargetDescription } from "./engine-worker.js" */
+/** @import { EngineInfo, EngineWorker, StartRequest, TargetDescription } from "./engine-worker.js" */
 /** @import { TargetSource } from "../targets/target-source.js" */
 
 /**
@@ -73,7 +73,7 @@ export class LastingEngine {
   removeTarget(id) {
     this.sources.delete(id);
     // An engine that has ended has no targets either.
-    this.#worker.removeTarget({ id }).catch(() => undefined);
+    this.#worker.call("removeTarget", { id }).catch(() => undefined);
   }
 
   /** Stops the worker; what is under way rejects with `closed`. */
@@ -126,9 +126,9 @@ export class LastingEngine {
       const device = isBroken ? "cpu" : request.device;
       started = await startEngine({ ...this.#plan, request: { ...request, device } }, undefined);
       const added = [...this.sources].filter(([id]) => id !== MODEL_TARGET);
-      for (const [id, source] of added) await started.worker.addTarget({ id, source });
+      for (const [id, source] of added) await started.worker.call("addTarget", { id, source });
       // Meanwhile some may have been removed.
-      for (const [id] of added) if (!this.sources.has(id)) await started.worker.removeTarget({ id });
+      for (const [id] of added) if (!this.sources.has(id)) await started.worker.call("removeTarget", { id });
     } catch (cause) {
       started?.worker.terminate(cause);
       throw new DeepSftError(
@@ -155,9 +155,10 @@ export class LastingEngine {
  */
 async function startEngine({ request, workerUrl, timeoutMs }, signal) {
   signal?.throwIfAborted();
-  const worker = new EngineWorker(workerUrl, timeoutMs);
+  /** @type {EngineWorker} */
+  const worker = new WorkerCalls(workerUrl, timeoutMs);
   try {
-    return { worker, ...(await unlessAborted(worker.start(request), signal)) };
+    return { worker, ...(await unlessAborted(worker.call("start", request), signal)) };
   } catch (error) {
     worker.terminate(error);
     signal?.throwIfAborted();

@@ -177,24 +177,17 @@ export class WorkerCalls {
   }
 
   /**
-   * What asks the worker to do one of its things. A bitmap or pixels that are asked about go over to it.
+   * Asks the worker to do one of its things. A bitmap or pixels that are asked about go over to it.
    *
    * @template {keyof Host & string} Method
    * @param {Method} method
-   * @returns {(request: Parameters<Host[Method]>[0]) => Promise<Awaited<ReturnType<Host[Method]>>>}
-   */
-  calls(method) {
-    return (request) => this.call(method, request);
-  }
-
-  /**
-   * @param {string} method
-   * @param {{ frame?: ImageBitmap | ImageData }} request
+   * @param {Parameters<Host[Method]>[0]} request
+   * @returns {Promise<Awaited<ReturnType<Host[Method]>>>}
    */
   call(method, request) {
     if (this.#ended) return Promise.reject(this.#ended.reason);
     const id = ++this.#lastId;
-    const { frame } = request;
+    const { frame } = /** @type {{ frame?: ImageBitmap | ImageData }} */ (request);
     try {
       this.#worker.postMessage({ id, method, request, version: VERSION }, frame ? [frame instanceof ImageBitmap ? frame : frame.data.buffer] : []);
     } catch (error) {

@@ -3,8 +3,7 @@
 import { CANONICAL_FOCAL } from "../camera/canonical.js";
 
 /** @import { TargetRequest } from "../engine/engine-worker.js" */
-/** @import { FollowRequest } from "./tracker-host.js" */
-/** @import { TrackerStartRequest, TrackerWorker } from "./tracker-worker.js" */
+/** @import { FinderAnswers, FollowRequest, TrackerStartRequest, TrackerWorker } from "./tracker-host.js" */
 
 /** So many workers in a row may die without having heard an answer of the finders and followed a frame after it. */
 const MAX_DEATHS = 2;
@@ -34,17 +33,17 @@ export class LastingTracker {
   }
 
   start() {
-    return this.#worker.start(this.#request());
+    return this.#worker.call("startTracker", this.#request());
   }
 
   /** @param {TargetRequest} target */
   track(target) {
-    return this.#run((worker) => worker.track(target));
+    return this.#run((worker) => worker.call("trackTarget", target));
   }
 
   /** @param {{ id: number }} request */
   untrack(request) {
-    return this.#worker.untrack(request);
+    return this.#worker.call("untrackTarget", request);
   }
 
   /**
@@ -54,7 +53,7 @@ export class LastingTracker {
    */
   async follow(request) {
     if (request.question) this.#asked.push(this.#worker);
-    const followed = await this.#run((worker) => worker.follow(request));
+    const followed = await this.#run((worker) => worker.call("follow", request));
     // Nothing is followed before the first answer: it is then that a worker has most to do.
     if (followed && this.#hearing === this.#worker) this.#deaths = 0;
     const tracked = followed ?? this.#lost(request);
@@ -64,17 +63,17 @@ export class LastingTracker {
     return { ...tracked, targets };
   }
 
-  /** @param {Parameters<TrackerWorker["answer"]>[0]} request */
+  /** @param {FinderAnswers} request */
   async answer(request) {
     const worker = this.#worker;
-    const heard = this.#asked.shift() === worker ? await this.#run((worker) => worker.answer(request)) : null;
+    const heard = this.#asked.shift() === worker ? await this.#run((worker) => worker.call("answer", request)) : null;
     if (heard) this.#hearing = worker;
     return heard ?? { effects: [], next: null, answerMs: 0 };
   }
 
   /** @param {{ id: number }} request */
   maps(request) {
-    return this.#worker.maps(request);
+    return this.#worker.call("trackedMaps", request);
   }
 
   /**

@@ -17,8 +17,7 @@ import { LastingTracker } from "./lasting-tracker.js";
 
 /** @import { Estimate, FollowOptions, OwnFrame, Smoothing, SourcedCamera, StallReason, Target } from "../index.js" */
 /** @import { RawAnswer, TargetRequest } from "../engine/engine-worker.js" */
-/** @import { NextFrame } from "./tracker-host.js" */
-/** @import { TrackerWorker } from "./tracker-worker.js" */
+/** @import { NextFrame, TrackerWorker } from "./tracker-host.js" */
 
 /**
  * Where frames come from: a video, a camera, or frames of one's own.

@@ -55,16 +55,19 @@ class FakeWorker {
   answers = (request) => ({ found: request.number > 0 });
   #tracked = new Map();
   #frames = 0;
-  start({ targets }) {
+  call(method, request) {
+    return this[method](request);
+  }
+  startTracker({ targets }) {
     for (const { id } of targets) this.#tracked.set(id, true);
     this.told.push(["start", ...this.#tracked.keys()]);
     return Promise.resolve();
   }
-  async track({ id }) {
+  async trackTarget({ id }) {
     this.#tracked.set(id, true);
     this.told.push(["track", id]);
   }
-  async untrack({ id }) {
+  async untrackTarget({ id }) {
     this.#tracked.delete(id);
     this.told.push(["untrack", id]);
   }
