@@ -23,7 +23,16 @@ const MIN_LENGTH = 64;
  * @throws {PictureError} `image-unreadable`, `picture-small`, `picture-empty`
  */
 export async function readPicture(file, name) {
-  const image = await decoded(file, name);
+  const url = URL.createObjectURL(file);
+  // Unlike `createImageBitmap` this takes drawings (SVG) too.
+  const image = Object.assign(new Image(), { src: url });
+  try {
+    await image.decode();
+  } catch (cause) {
+    throw new PictureError("image-unreadable", `${name} could not be read: ${await whyUnreadable(file)}.`, { cause });
+  } finally {
+    URL.revokeObjectURL(url);
+  }
   return pictureFrom(image, image.naturalWidth, image.naturalHeight, name);
 }
 
@@ -96,26 +105,6 @@ export function turned(canvas) {
   context.rotate(Math.PI / 2);
   context.drawImage(canvas, 0, 0);
   return result;
-}
-
-/**
- * Unlike `createImageBitmap` this takes drawings (SVG) too.
- *
- * @param {Blob} file
- * @param {string} name
- */
-async function decoded(file, name) {
-  const url = URL.createObjectURL(file);
-  try {
-    const image = new Image();
-    image.src = url;
-    await image.decode();
-    return image;
-  } catch (cause) {
-    throw new PictureError("image-unreadable", `${name} could not be read: ${await whyUnreadable(file)}.`, { cause });
-  } finally {
-    URL.revokeObjectURL(url);
-  }
 }
 
 /**

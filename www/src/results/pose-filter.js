@@ -47,10 +47,8 @@ export class PoseFilter {
     this.#atS = atMs / 1000;
     const raw = this.#raw;
     if (!(dt <= LONGEST_PAUSE_S)) {
-      this.#velocity.fill(0);
-      this.#turning = 0;
-      copy(this.#position, position);
-      copy(this.#quaternion, quaternion);
+      [this.#velocity, this.#turning] = [[0, 0, 0], 0];
+      [this.#position, this.#quaternion] = [[...position], [...quaternion]];
     } else if (dt > 0) {
       const speeds = weightOf(SPEED_CUTOFF_HZ, dt);
       for (let k = 0; k < 3; k++) this.#velocity[k] += speeds * ((position[k] - raw.position[k]) / dt - this.#velocity[k]);
@@ -60,10 +58,9 @@ export class PoseFilter {
       for (let k = 0; k < 3; k++) this.#position[k] += moved * (position[k] - this.#position[k]);
       slerp(this.#quaternion, quaternion, weightOf(MIN_CUTOFF_HZ + PER_SPEED * this.#turning, dt));
     }
-    copy(raw.position, position);
-    copy(raw.quaternion, quaternion);
-    copy(position, this.#position);
-    copy(quaternion, this.#quaternion);
+    this.#raw = { position: [...position], quaternion: [...quaternion] };
+    Object.assign(position, this.#position);
+    Object.assign(quaternion, this.#quaternion);
   }
 }
 
@@ -75,11 +72,6 @@ export class PoseFilter {
  */
 function weightOf(cutoffHz, dt) {
   return 1 - Math.exp(-2 * Math.PI * cutoffHz * dt);
-}
-
-/** @param {number[]} to @param {number[]} from */
-function copy(to, from) {
-  for (let k = 0; k < to.length; k++) to[k] = from[k];
 }
 
 /** @param {Quaternion} a @param {Quaternion} b */

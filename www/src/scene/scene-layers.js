@@ -5,10 +5,9 @@ import { isPinhole } from "../camera/lens.js";
 import { FrameBackground } from "../three/frame-background.js";
 import { extentOf, regionOf } from "./drawn-box.js";
 
-/** @import { Scene, WebGLRenderer } from "three" */
-/** @import { TrackedFrame } from "../results/tracked-frame.js" */
-/** @import { FrameCamera } from "../three/frame-camera.js" */
+/** @import { TrackedFrame } from "../index.js" */
 /** @import { Box } from "./drawn-box.js" */
+/** @import { SceneView } from "./scene-view.js" */
 
 /** Canvas pixels per CSS pixel, at most: more cannot be seen and costs time. */
 const MAX_DENSITY = 2;
@@ -21,9 +20,7 @@ const BOX_STEP = 32;
 const MARGIN = 1;
 
 export class SceneLayers {
-  #renderer;
-  #scene;
-  #camera;
+  #view;
   #background = new FrameBackground();
   #below;
   /** The frame that the layer below shows. @type {ImageBitmap | null} */
@@ -34,24 +31,20 @@ export class SceneLayers {
   element = document.createElement("div");
 
   /**
-   * @param {WebGLRenderer} renderer
-   * @param {Scene} scene gets the camera's picture as its background
-   * @param {FrameCamera} camera
+   * @param {Pick<SceneView, "renderer" | "scene" | "camera">} view whose scene gets the camera's picture as its background
    * @param {boolean} isHosted whether the canvas is the page's own, and lies where it is
    */
-  constructor(renderer, scene, camera, isHosted) {
+  constructor(view, isHosted) {
     const below = document.createElement("canvas").getContext("2d", { alpha: false });
     if (!below) throw new Error("This browser offers no canvas to draw a frame on.");
-    this.#renderer = renderer;
-    this.#scene = scene;
-    this.#camera = camera;
+    this.#view = view;
     this.#below = below;
     this.#isHosted = isHosted;
     Object.assign(this.element.style, { position: "absolute", inset: "0" });
     this.element.setAttribute("role", "img");
     this.element.setAttribute("aria-label", "The camera's picture, with what is put into it");
-    if (!isHosted) this.element.append(renderer.domElement);
-    scene.add(this.#background);
+    if (!isHosted) this.element.append(view.renderer.domElement);
+    view.scene.add(this.#background);
   }
 
   /** Whether what is seen is mirrored. */
@@ -65,7 +58,7 @@ export class SceneLayers {
   }
 
   get #mirror() {
-    return this.#isHosted ? this.#renderer.domElement : this.element;
+    return this.#isHosted ? this.#view.renderer.domElement : this.element;
   }
 
   /** Shows a frame from the next drawing on; it is kept until there is another. @param {TrackedFrame} tracked */
@@ -81,14 +74,15 @@ export class SceneLayers {
    * @param {boolean} software whether the processor does the drawing
    */
   draw({ frame, camera: intrinsics }, page, software) {
-    if (this.#isHosted) return this.#renderer.render(this.#scene, this.#camera);
+    const { renderer, scene, camera } = this.#view;
+    if (this.#isHosted) return renderer.render(scene, camera);
     // The shader that takes out a lens' distortion is WebGL's.
     const isApart = software && frame !== null && isPinhole(intrinsics);
     this.#background.visible = !isApart;
     if (isApart) return this.#drawApart(frame, page);
     this.#below.canvas.remove();
     this.#takePlace({ left: 0, top: 0, ...page }, software ? MAX_SOFTWARE_PIXELS : Infinity);
-    this.#renderer.render(this.#scene, this.#camera);
+    renderer.render(scene, camera);
   }
 
   /**
@@ -105,7 +99,7 @@ export class SceneLayers {
     context.clearRect(0, 0, canvas.width, canvas.height);
     context.fillStyle = background;
     context.fillRect(0, 0, canvas.width, canvas.height);
-    for (const layer of this.#isHosted ? [this.#renderer.domElement] : this.element.querySelectorAll("canvas")) {
+    for (const layer of this.#isHosted ? [this.#view.renderer.domElement] : this.element.querySelectorAll("canvas")) {
       if (layer.style.visibility === "hidden") continue;
       const box = layer.getBoundingClientRect();
       const fromLeft = this.mirrored ? left + width - box.right : box.left - left;
@@ -127,16 +121,17 @@ export class SceneLayers {
    * @param {{ width: number, height: number }} page
    */
   #drawApart(frame, page) {
-    const [camera, canvas] = [this.#camera, this.#renderer.domElement];
+    const { camera, scene, renderer } = this.#view;
+    const canvas = renderer.domElement;
     this.#showBelow(frame, page);
-    this.#scene.updateMatrixWorld();
+    scene.updateMatrixWorld();
     const box = this.#boxOn(page);
     canvas.style.visibility = box ? "" : "hidden";
     if (!box) return;
     const whole = camera.region;
     camera.lookAtRegion(regionOf(box, whole, page));
     this.#takePlace(box, MAX_BOX_PIXELS);
-    this.#renderer.render(this.#scene, camera);
+    renderer.render(scene, camera);
     camera.lookAtRegion(whole);
   }
 
@@ -150,7 +145,7 @@ export class SceneLayers {
     if (canvas.width !== frame.width || canvas.height !== frame.height) [canvas.width, canvas.height] = [frame.width, frame.height];
     if (frame !== this.#shown) this.#below.drawImage(frame, 0, 0);
     this.#shown = frame;
-    const { intrinsics, region } = this.#camera;
+    const { intrinsics, region } = this.#view.camera;
     const scale = page.width / (region.right - region.left);
     const { width, height } = intrinsics ?? frame;
     layOut(canvas, { left: -region.left * scale, top: -region.top * scale, width: width * scale, height: height * scale });
@@ -161,7 +156,7 @@ export class SceneLayers {
    * @returns {Box | null} in which something is drawn; null where nothing is
    */
   #boxOn(page) {
-    const seen = extentOf(this.#scene, this.#camera);
+    const seen = extentOf(this.#view.scene, this.#view.camera);
     const onPage = (/** @type {number} */ at, /** @type {number} */ side) => Math.min(side, Math.max(0, (0.5 + 0.5 * at) * side));
     const [left, right] = [seen.min.x, seen.max.x].map((x) => onPage(x, page.width));
     const [top, bottom] = [seen.max.y, seen.min.y].map((y) => onPage(-y, page.height));
@@ -179,7 +174,7 @@ export class SceneLayers {
    * @param {number} maxPixels of it
    */
   #takePlace(place, maxPixels) {
-    const renderer = this.#renderer;
+    const { renderer } = this.#view;
     const canvas = renderer.domElement;
     const density = Math.min(devicePixelRatio, MAX_DENSITY, Math.sqrt(maxPixels / Math.max(1, place.width * place.height)));
     layOut(canvas, place);

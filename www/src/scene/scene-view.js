@@ -100,7 +100,7 @@ export class SceneView extends Announcer {
       throw error;
     }
     this.renderer.shadowMap.enabled = true;
-    this.#layers = new SceneLayers(this.renderer, this.scene, this.camera, host !== undefined);
+    this.#layers = new SceneLayers(this, host !== undefined);
     hide(this.#video);
     this.#video.setAttribute("aria-hidden", "true");
     element.append(this.#video, this.#layers.element);

@@ -12,7 +12,7 @@ import { PaperLight } from "./paper-light.js";
 import { SurfaceGeometry } from "./surface-geometry.js";
 
 /** @import { Material, Texture } from "three" */
-/** @import { Estimate, SourcedCamera, SurfaceMesh, Target, TrackedFrame } from "../index.js" */
+/** @import { Estimate, SurfaceMesh, Target, TrackedFrame } from "../index.js" */
 /** @import { AnchorOptions } from "./anchor.js" */
 
 /** From this correlation on the mesh lies well enough for its confidence to tell what covers it. */
@@ -130,8 +130,28 @@ export class Sheet extends Group {
       for (const anchor of this.#anchors()) anchor.lose();
       return;
     }
-    this.show(seen.mesh, atMs);
-    if (tracked.frame) this.#lightUp(seen.mesh, tracked, tracked.frame, seen.correlation >= MIN_CORRELATION, atMs);
+    const { mesh } = seen;
+    this.show(mesh, atMs);
+    const { number, camera, frame } = tracked;
+    if (!frame) return;
+    const anchors = this.#anchors();
+    if (this.#shadow) this.#shadow.visible = anchors.length > 0;
+    // A print leaves out by itself what is covered.
+    if (this.#cover) this.#cover.visible = anchors.length > 0 || this.map === null;
+    if (!this.#shading || (!this.paper && anchors.length === 0)) return;
+    const { vertices, covering, colors } = this.#shading;
+    const isCertain = seen.correlation >= MIN_CORRELATION;
+    const uncovered = covering instanceof MaskCovering ? covering.follow(number, mesh, isCertain) : covering.follow(mesh, isCertain);
+    const light = vertices.of(mesh.vertices, uncovered, camera, smallPixels(frame));
+    for (let i = 0; i < light.length; i++) {
+      colors.setXYZW(i, light[i], light[i], light[i], gentleRamp(uncovered[i], SEEN));
+    }
+    colors.needsUpdate = true;
+    if (!this.light || !this.#shadow) return;
+    this.light.follow(light, mesh.normals, uncovered, atMs);
+    this.light.shineOn(anchors);
+    // What multiplies linear light, as the opacity of black over sRGB.
+    /** @type {ShadowMaterial} */ (this.#shadow.material).opacity = 1 - this.light.shade ** (1 / 2.2);
   }
 
   /**
@@ -190,35 +210,6 @@ export class Sheet extends Group {
     this.geometry.setAttribute("color", colors);
     const vertices = new VertexLight(target.mesh, new TemplateLight(target.texture));
     this.#shading = { vertices, covering: target.kind === "model" ? new MaskCovering() : new PrintCovering(target), colors };
-  }
-
-  /**
-   * The light on the paper, and what of it is seen.
-   *
-   * @param {SurfaceMesh} mesh
-   * @param {{ number: number, camera: SourcedCamera }} tracked
-   * @param {ImageBitmap} frame
-   * @param {boolean} certain
-   * @param {number} atMs
-   */
-  #lightUp(mesh, { number, camera }, frame, certain, atMs) {
-    const anchors = this.#anchors();
-    if (this.#shadow) this.#shadow.visible = anchors.length > 0;
-    // A print leaves out by itself what is covered.
-    if (this.#cover) this.#cover.visible = anchors.length > 0 || this.map === null;
-    if (!this.#shading || (!this.paper && anchors.length === 0)) return;
-    const { vertices, covering, colors } = this.#shading;
-    const seen = covering instanceof MaskCovering ? covering.follow(number, mesh, certain) : covering.follow(mesh, certain);
-    const light = vertices.of(mesh.vertices, seen, camera, smallPixels(frame));
-    for (let i = 0; i < light.length; i++) {
-      colors.setXYZW(i, light[i], light[i], light[i], gentleRamp(seen[i], SEEN));
-    }
-    colors.needsUpdate = true;
-    if (!this.light || !this.#shadow) return;
-    this.light.follow(light, mesh.normals, seen, atMs);
-    this.light.shineOn(anchors);
-    // What multiplies linear light, as the opacity of black over sRGB.
-    /** @type {ShadowMaterial} */ (this.#shadow.material).opacity = 1 - this.light.shade ** (1 / 2.2);
   }
 }
 
