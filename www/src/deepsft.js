@@ -3,7 +3,7 @@
 import { folderOf, isAddress } from "./address.js";
 import { bundleFiles, fetchBundle } from "./engine/bundle.js";
 import { compileEngine } from "./engine/engine-worker.js";
-import { LastingEngine, closedError } from "./engine/lasting-engine.js";
+import { LastingEngine, closedError, startEngine } from "./engine/lasting-engine.js";
 import { requireBrowser } from "./engine/requirements.js";
 import { WorkerCalls } from "./engine/worker-calls.js";
 import { DeepSftError } from "./error.js";
@@ -15,7 +15,6 @@ import { Session } from "./tracking/session.js";
 
 /** @import { CameraOption, Estimate, EstimateOptions, FlatPrint, FlattenOptions, FrameSource, ImageInput, LoadProgress, ScanInput, Smoothing, TargetKind, TemplateInput } from "./index.js" */
 /** @import { ModelInput } from "./engine/bundle.js" */
-/** @import { StartPlan } from "./engine/lasting-engine.js" */
 /** @import { TargetSource } from "./targets/target-source.js" */
 /** @import { Question } from "./tracking/session.js" */
 
@@ -69,8 +68,6 @@ const WASM_URL = new URL("../dist/deepsft_web_bg.wasm", import.meta.url);
 
 /** Shape from template on a worker of its own. */
 export class DeepSft {
-  /** @type {StartPlan} */
-  #plan;
   #engine;
   #requests;
   /** By number. @type {Map<number, Target>} */
@@ -82,11 +79,9 @@ export class DeepSft {
   /**
    * Use {@link DeepSft.load}.
    *
-   * @param {StartPlan} plan
    * @param {LastingEngine} engine
    */
-  constructor(plan, engine) {
-    this.#plan = plan;
+  constructor(engine) {
     this.#engine = engine;
     this.#requests = new FrameRequests(engine, (target) => this.#chosen(target));
     if (engine.model) this.#targets.set(MODEL_TARGET, new Target(MODEL_TARGET, engine.info.modelName ?? "", "model", engine.model));
@@ -119,7 +114,7 @@ export class DeepSft {
       workerUrl: dist ? new URL("worker.js", dist) : undefined,
       timeoutMs,
     };
-    return new DeepSft(plan, await LastingEngine.start(plan, signal));
+    return new DeepSft(new LastingEngine(plan, await startEngine(plan, signal)));
   }
 
   /** What runs the network, and where. Without a model: what looks for pictures. */
@@ -308,7 +303,7 @@ export class DeepSft {
     signal?.throwIfAborted();
     if (this.#engine.closed) throw closedError();
     const targets = [...new Set(wanted ?? this.targets)].map((target) => this.#chosen(target));
-    const { request, workerUrl, timeoutMs } = this.#plan;
+    const { request, workerUrl, timeoutMs } = this.#engine.plan;
     const session = new Session(source, {
       ...options,
       ...{ targets, signal, module: request.module },

@@ -29,7 +29,6 @@ const TEMPLATE_FOLDER = "template/";
 
 /** An engine that outlives the loss of its GPU and the death of its worker, with its targets. */
 export class LastingEngine {
-  #plan;
   /** @type {EngineWorker} */
   #worker;
   /** When the engine was last started, milliseconds. */
@@ -43,13 +42,11 @@ export class LastingEngine {
   closed = false;
 
   /**
-   * Use {@link LastingEngine.start}.
-   *
    * @param {StartPlan} plan
-   * @param {StartedEngine} started
+   * @param {StartedEngine} started with it
    */
   constructor(plan, { worker, info, model }) {
-    this.#plan = plan;
+    this.plan = plan;
     this.#worker = worker;
     this.info = info;
     /** The model's target; null without a model. */
@@ -58,15 +55,6 @@ export class LastingEngine {
     if (!files) return;
     const needed = [...files].filter(([name]) => name === MODEL_FILE || name.startsWith(TEMPLATE_FOLDER));
     this.sources.set(MODEL_TARGET, { kind: "model", files: new Map(needed) });
-  }
-
-  /**
-   * @param {StartPlan} plan
-   * @param {AbortSignal | undefined} signal
-   * @throws {DeepSftError}
-   */
-  static async start(plan, signal) {
-    return new LastingEngine(plan, await startEngine(plan, signal));
   }
 
   /** @param {number} id */
@@ -117,14 +105,14 @@ export class LastingEngine {
     const { code } = asDeepSftError(reason);
     if (code === "gpu-lost") this.#earlyLosses = Date.now() - this.#startedAt < EARLY_MS ? this.#earlyLosses + 1 : 0;
     const isBroken = this.#earlyLosses >= MAX_EARLY_LOSSES;
-    const { request } = this.#plan;
+    const { request } = this.plan;
     const message = `The GPU was lost ${MAX_EARLY_LOSSES} times in a row, each time within a minute of its start.`;
     if (isBroken && request.device !== "auto") throw new DeepSftError("gpu-lost", message, { cause: reason });
     /** @type {StartedEngine | undefined} */
     let started;
     try {
       const device = isBroken ? "cpu" : request.device;
-      started = await startEngine({ ...this.#plan, request: { ...request, device } }, undefined);
+      started = await startEngine({ ...this.plan, request: { ...request, device } }, undefined);
       const added = [...this.sources].filter(([id]) => id !== MODEL_TARGET);
       for (const [id, source] of added) await started.worker.call("addTarget", { id, source });
       // Meanwhile some may have been removed.
@@ -153,7 +141,7 @@ export class LastingEngine {
  * @param {AbortSignal | undefined} signal
  * @returns {Promise<StartedEngine>}
  */
-async function startEngine({ request, workerUrl, timeoutMs }, signal) {
+export async function startEngine({ request, workerUrl, timeoutMs }, signal) {
   signal?.throwIfAborted();
   /** @type {EngineWorker} */
   const worker = new WorkerCalls(workerUrl, timeoutMs);

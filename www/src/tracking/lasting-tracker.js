@@ -56,7 +56,15 @@ export class LastingTracker {
     const followed = await this.#run((worker) => worker.call("follow", request));
     // Nothing is followed before the first answer: it is then that a worker has most to do.
     if (followed && this.#hearing === this.#worker) this.#deaths = 0;
-    const tracked = followed ?? this.#lost(request);
+    const tracked = followed ?? {
+      // The worker died with it: nothing is found any more.
+      targets: this.#request().targets.flatMap(({ id, source }) => {
+        const copies = source.kind === "picture" ? source.copies : 1;
+        return Array.from({ length: copies }, (_, copy) => ({ id, copy, found: false, held: false, surface: null, correlation: 0, iterations: 0 }));
+      }),
+      next: { focal: request.focal ?? CANONICAL_FOCAL, intervalMs: 0, question: null },
+      ...{ afresh: true, focal: null, times: { warpMs: 0, trackMs: 0 }, readMs: 0 },
+    };
     // A worker does not know what was told before it was started.
     const targets = tracked.targets.map((target) => ({ ...target, changed: target.found !== this.#found.has(named(target)) }));
     this.#found = new Set(targets.flatMap((target) => (target.found ? [named(target)] : [])));
@@ -108,21 +116,6 @@ export class LastingTracker {
       }
       return null;
     }
-  }
-
-  /**
-   * What is told of a frame with which the worker died.
-   *
-   * @param {FollowRequest} request
-   */
-  #lost({ focal = CANONICAL_FOCAL }) {
-    const nothing = { surface: null, correlation: 0, iterations: 0 };
-    const targets = this.#request().targets.flatMap(({ id, source }) => {
-      const copies = source.kind === "picture" ? source.copies : 1;
-      return Array.from({ length: copies }, (_, copy) => ({ id, copy, found: false, held: false, ...nothing }));
-    });
-    const next = { focal, intervalMs: 0, question: null };
-    return { targets, afresh: true, focal: null, next, times: { warpMs: 0, trackMs: 0 }, readMs: 0 };
   }
 }
 
