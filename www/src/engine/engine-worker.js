@@ -4,7 +4,6 @@ import { DeepSftError } from "../error.js";
 
 /** @import { Engine, RawEstimate as EngineEstimate } from "../../pkg/deepsft_web.js" */
 /** @import { LoadOptions } from "../deepsft.js" */
-/** @import { LoadProgress } from "./bundle.js" */
 /** @import { DeepSftErrorCode } from "../error.js" */
 /** @import { TargetSource } from "../targets/target-source.js" */
 /** @import { WorkerCalls } from "./worker-calls.js" */
@@ -79,9 +78,15 @@ export async function compileEngine(url, { onProgress, signal } = {}) {
   try {
     const response = await fetch(url, { signal });
     if (!response.ok) throw new Error(`the server answered ${response.status}`);
-    const counted = onProgress && countBytes(response.clone(), onProgress);
+    const { headers, body } = response.clone();
+    // Content-Length counts compressed bytes when the server compresses; then the total is unknown.
+    const length = headers.has("content-encoding") ? null : headers.get("content-length");
+    const totalBytes = length === null ? null : Number(length);
+    let loadedBytes = 0;
+    const write = (/** @type {Uint8Array} */ { byteLength }) => onProgress?.({ phase: "engine", loadedBytes: (loadedBytes += byteLength), totalBytes });
+    const counted = body?.pipeTo(new WritableStream({ write }));
     // Some servers do not know the type; then the browser compiles only bytes.
-    const isTyped = /^application\/wasm$/i.test(response.headers.get("content-type") ?? "");
+    const isTyped = /^application\/wasm$/i.test(headers.get("content-type") ?? "");
     const compiled = isTyped
       ? WebAssembly.compileStreaming(response)
       : response.arrayBuffer().then((bytes) => WebAssembly.compile(bytes));
@@ -97,23 +102,4 @@ export async function compileEngine(url, { onProgress, signal } = {}) {
       cause: error,
     });
   }
-}
-
-/**
- * @param {Response} response read to its end
- * @param {(progress: LoadProgress) => void} onProgress
- */
-function countBytes({ headers, body }, onProgress) {
-  // Content-Length counts compressed bytes when the server compresses; then the total is unknown.
-  const length = headers.has("content-encoding") ? null : headers.get("content-length");
-  const totalBytes = length === null ? null : Number(length);
-  let loadedBytes = 0;
-  return body?.pipeTo(
-    new WritableStream({
-      write({ byteLength }) {
-        loadedBytes += byteLength;
-        onProgress({ phase: "engine", loadedBytes, totalBytes });
-      },
-    }),
-  );
 }
