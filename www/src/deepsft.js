@@ -145,7 +145,9 @@ export class DeepSft {
    */
   async addPicture(image, options = {}) {
     const source = await pictureSource(image, options);
-    return this.#addTarget("picture", options.name ?? nameOf(image), source, options.signal);
+    const [, inAddress] = (isAddress(image) && /([^/?#]+)\/?(?:[?#].*)?$/.exec(String(image))) || [];
+    const fileName = image instanceof File ? image.name : inAddress;
+    return this.#addTarget("picture", options.name ?? fileName ?? "picture", source, options.signal);
   }
 
   /**
@@ -327,17 +329,6 @@ export class DeepSft {
   [Symbol.dispose]() {
     this.close();
   }
-}
-
-/**
- * The name of an image's file.
- *
- * @param {ImageInput} image
- */
-function nameOf(image) {
-  if (typeof File !== "undefined" && image instanceof File) return image.name;
-  if (!isAddress(image)) return "picture";
-  return /([^/?#]+)\/?(?:[?#].*)?$/.exec(String(image))?.[1] ?? "picture";
 }
 
 /**

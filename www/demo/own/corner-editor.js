@@ -41,7 +41,42 @@ export class CornerEditor {
   onChange = () => undefined;
 
   constructor() {
-    this.#handles.forEach((handle, i) => this.#listen(handle, i));
+    this.#handles.forEach((handle, index) => {
+      // The corner keeps its distance from the finger, which may take hold anywhere on the handle.
+      let [dx, dy] = [0, 0];
+      handle.addEventListener("pointerdown", (event) => {
+        handle.setPointerCapture(event.pointerId);
+        const [x, y] = this.#corners[index];
+        const { scale } = this.#view;
+        [dx, dy] = [x - event.clientX / scale, y - event.clientY / scale];
+        handle.dataset.held = "true";
+        this.#showLoupe(index);
+      });
+      handle.addEventListener("pointermove", (event) => {
+        if (!handle.hasPointerCapture(event.pointerId)) return;
+        const { scale } = this.#view;
+        this.#move(index, event.clientX / scale + dx, event.clientY / scale + dy);
+        this.#showLoupe(index);
+      });
+      const end = () => {
+        delete handle.dataset.held;
+        this.#loupe.hidden = true;
+      };
+      handle.addEventListener("lostpointercapture", end);
+      handle.addEventListener("blur", end);
+      handle.addEventListener("keydown", (event) => {
+        const way = KEYS[event.key];
+        if (!way) return;
+        event.preventDefault();
+        const step = (event.shiftKey ? LONG_STEP : STEP) / this.#view.scale;
+        const [x, y] = this.#corners[index];
+        this.#move(index, x + way[0] * step, y + way[1] * step);
+        this.#showLoupe(index);
+        const [px, py] = this.#corners[index];
+        const percent = (/** @type {number} */ at, /** @type {number} */ of) => `${Math.round((100 * at) / of)} %`;
+        this.#said.textContent = `${percent(px, this.#picture.width)} across, ${percent(py, this.#picture.height)} down`;
+      });
+    });
     new ResizeObserver(() => this.#place()).observe(this.#stage);
   }
 
@@ -118,47 +153,6 @@ export class CornerEditor {
     this.#corners = corners;
     this.#draw();
     this.onChange();
-  }
-
-  /**
-   * @param {HTMLButtonElement} handle
-   * @param {number} index
-   */
-  #listen(handle, index) {
-    // The corner keeps its distance from the finger, which may take hold anywhere on the handle.
-    let [dx, dy] = [0, 0];
-    handle.addEventListener("pointerdown", (event) => {
-      handle.setPointerCapture(event.pointerId);
-      const [x, y] = this.#corners[index];
-      const { scale } = this.#view;
-      [dx, dy] = [x - event.clientX / scale, y - event.clientY / scale];
-      handle.dataset.held = "true";
-      this.#showLoupe(index);
-    });
-    handle.addEventListener("pointermove", (event) => {
-      if (!handle.hasPointerCapture(event.pointerId)) return;
-      const { scale } = this.#view;
-      this.#move(index, event.clientX / scale + dx, event.clientY / scale + dy);
-      this.#showLoupe(index);
-    });
-    const end = () => {
-      delete handle.dataset.held;
-      this.#loupe.hidden = true;
-    };
-    handle.addEventListener("lostpointercapture", end);
-    handle.addEventListener("blur", end);
-    handle.addEventListener("keydown", (event) => {
-      const way = KEYS[event.key];
-      if (!way) return;
-      event.preventDefault();
-      const step = (event.shiftKey ? LONG_STEP : STEP) / this.#view.scale;
-      const [x, y] = this.#corners[index];
-      this.#move(index, x + way[0] * step, y + way[1] * step);
-      this.#showLoupe(index);
-      const [px, py] = this.#corners[index];
-      const percent = (/** @type {number} */ at, /** @type {number} */ of) => `${Math.round((100 * at) / of)} %`;
-      this.#said.textContent = `${percent(px, this.#picture.width)} across, ${percent(py, this.#picture.height)} down`;
-    });
   }
 
   /**

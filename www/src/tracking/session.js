@@ -136,7 +136,12 @@ export class Session extends Announcer {
     const question = this.#followed.size > 0 ? { ids: [...this.#followed.keys()], onlyConfirms: false } : null;
     this.#next = { focal: CANONICAL_FOCAL, intervalMs: 0, question };
     this.#tracker.start().catch((error) => this.#finish(error));
-    this.#watching = setInterval(() => this.#watch(), WATCH_MS);
+    // Tells when frames have stopped to come, to a page that is seen.
+    this.#watching = setInterval(() => {
+      const isAway = this.#stream?.interrupted || (typeof document !== "undefined" && document.visibilityState === "hidden");
+      this.#quiet = this.#frames.silentMs >= WATCH_MS && !isAway ? this.#quiet + 1 : 0;
+      if (this.#quiet === STALLED_LOOKS) this.tell("stalled", { reason: this.#frames.silence });
+    }, WATCH_MS);
     const options = { signal: this.#listening.signal };
     signal?.addEventListener("abort", () => this.#finish(signal.reason), options);
     const stream = this.#stream;
@@ -217,13 +222,6 @@ export class Session extends Announcer {
     this.#frames.stop();
     this.#tracker.terminate(closedError());
     this.tell("ended", { error });
-  }
-
-  /** Tells when frames have stopped to come, to a page that is seen. */
-  #watch() {
-    const isAway = this.#stream?.interrupted || (typeof document !== "undefined" && document.visibilityState === "hidden");
-    this.#quiet = this.#frames.silentMs >= WATCH_MS && !isAway ? this.#quiet + 1 : 0;
-    if (this.#quiet === STALLED_LOOKS) this.tell("stalled", { reason: this.#frames.silence });
   }
 
   /** @returns {AsyncGenerator<TrackedFrame, void, void>} */
