@@ -27,11 +27,12 @@ export class SceneLayers {
   #shown = null;
   #isHosted;
   #boxSize = { width: 0, height: 0 };
-  /** What holds the canvases. */
+  /** What holds the canvases, and its size, CSS pixels. */
   element = document.createElement("div");
+  page = { width: 0, height: 0 };
 
   /**
-   * @param {Pick<SceneView, "renderer" | "scene" | "camera">} view whose scene gets the camera's picture as its background
+   * @param {Pick<SceneView, "renderer" | "scene" | "camera" | "software">} view whose scene gets the camera's picture as its background
    * @param {boolean} isHosted whether the canvas is the page's own, and lies where it is
    */
   constructor(view, isHosted) {
@@ -70,18 +71,16 @@ export class SceneLayers {
    * Draws the scene, whose camera has the intrinsics of the frame.
    *
    * @param {TrackedFrame} tracked that is shown
-   * @param {{ width: number, height: number }} page the size of it all, CSS pixels
-   * @param {boolean} software whether the processor does the drawing
    */
-  draw({ frame, camera: intrinsics }, page, software) {
-    const { renderer, scene, camera } = this.#view;
+  draw({ frame, camera: intrinsics }) {
+    const { renderer, scene, camera, software } = this.#view;
     if (this.#isHosted) return renderer.render(scene, camera);
     // The shader that takes out a lens' distortion is WebGL's.
     const isApart = software && frame !== null && isPinhole(intrinsics);
     this.#background.visible = !isApart;
-    if (isApart) return this.#drawApart(frame, page);
+    if (isApart) return this.#drawApart(frame);
     this.#below.canvas.remove();
-    this.#takePlace({ left: 0, top: 0, ...page }, software ? MAX_SOFTWARE_PIXELS : Infinity);
+    this.#takePlace({ left: 0, top: 0, ...this.page }, software ? MAX_SOFTWARE_PIXELS : Infinity);
     renderer.render(scene, camera);
   }
 
@@ -118,44 +117,31 @@ export class SceneLayers {
    * The camera's picture on the layer below, and WebGL in the box alone in which something lies over it.
    *
    * @param {ImageBitmap} frame
-   * @param {{ width: number, height: number }} page
    */
-  #drawApart(frame, page) {
+  #drawApart(frame) {
     const { camera, scene, renderer } = this.#view;
-    const canvas = renderer.domElement;
-    this.#showBelow(frame, page);
-    scene.updateMatrixWorld();
-    const box = this.#boxOn(page);
-    canvas.style.visibility = box ? "" : "hidden";
-    if (!box) return;
     const whole = camera.region;
-    camera.lookAtRegion(regionOf(box, whole, page));
+    const below = this.#below.canvas;
+    if (!below.isConnected) this.element.prepend(below);
+    if (below.width !== frame.width || below.height !== frame.height) [below.width, below.height] = [frame.width, frame.height];
+    if (frame !== this.#shown) this.#below.drawImage(frame, 0, 0);
+    this.#shown = frame;
+    const scale = this.page.width / (whole.right - whole.left);
+    const { width, height } = camera.intrinsics ?? frame;
+    layOut(below, { left: -whole.left * scale, top: -whole.top * scale, width: width * scale, height: height * scale });
+    scene.updateMatrixWorld();
+    const box = this.#drawnBox();
+    renderer.domElement.style.visibility = box ? "" : "hidden";
+    if (!box) return;
+    camera.lookAtRegion(regionOf(box, whole, this.page));
     this.#takePlace(box, MAX_BOX_PIXELS);
     renderer.render(scene, camera);
     camera.lookAtRegion(whole);
   }
 
-  /**
-   * @param {ImageBitmap} frame
-   * @param {{ width: number }} page
-   */
-  #showBelow(frame, page) {
-    const { canvas } = this.#below;
-    if (!canvas.isConnected) this.element.prepend(canvas);
-    if (canvas.width !== frame.width || canvas.height !== frame.height) [canvas.width, canvas.height] = [frame.width, frame.height];
-    if (frame !== this.#shown) this.#below.drawImage(frame, 0, 0);
-    this.#shown = frame;
-    const { intrinsics, region } = this.#view.camera;
-    const scale = page.width / (region.right - region.left);
-    const { width, height } = intrinsics ?? frame;
-    layOut(canvas, { left: -region.left * scale, top: -region.top * scale, width: width * scale, height: height * scale });
-  }
-
-  /**
-   * @param {{ width: number, height: number }} page
-   * @returns {Box | null} in which something is drawn; null where nothing is
-   */
-  #boxOn(page) {
+  /** @returns {Box | null} in which something is drawn; null where nothing is */
+  #drawnBox() {
+    const { page } = this;
     const seen = extentOf(this.#view.scene, this.#view.camera);
     const onPage = (/** @type {number} */ at, /** @type {number} */ side) => Math.min(side, Math.max(0, (0.5 + 0.5 * at) * side));
     const [left, right] = [seen.min.x, seen.max.x].map((x) => onPage(x, page.width));

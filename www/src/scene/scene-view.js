@@ -36,7 +36,6 @@ export class SceneView extends Announcer {
   #video = document.createElement("video");
   #screens;
   #layers;
-  #page = { width: 0, height: 0 };
   #pace = new Pace();
   #resizing = new ResizeObserver(() => this.#resize());
   /** @type {Map<Target, SceneSheet>} */
@@ -234,7 +233,7 @@ export class SceneView extends Announcer {
     this.tell("frame", { deltaS, frame });
     for (const sheet of this.#sheets.values()) sheet.refreshPrint();
     this.#sound?.offer([...this.#sheets.values()].flatMap(({ video }) => video ?? []));
-    this.camera.setIntrinsics(frame.camera, this.#page);
+    this.camera.setIntrinsics(frame.camera, this.#layers.page);
   }
 
   /** Records what was just drawn; a {@link SceneHost} calls it after each drawing. */
@@ -397,7 +396,7 @@ export class SceneView extends Announcer {
     if (!frame || this.closed) return;
     this.prepare(now);
     const began = performance.now();
-    this.#layers.draw(frame, this.#page, this.software);
+    this.#layers.draw(frame);
     this.drawMs = performance.now() - began;
     this.drawn();
   }
@@ -409,7 +408,7 @@ export class SceneView extends Announcer {
 
   #resize() {
     const { clientWidth: width, clientHeight: height } = this.#element;
-    this.#page = { width, height };
+    this.#layers.page = { width, height };
     // At once: a canvas that has changed its size is empty.
     if (!this.#options.host) this.#draw(performance.now());
   }
