@@ -33,8 +33,8 @@ export class CornerEditor {
   #said = part("#corners .said");
   /** @type {HTMLCanvasElement} */
   #picture = canvasOf(1, 1);
-  /** @type {Corners} pixels of the picture */
-  #corners = wholeOf(1, 1);
+  /** Pixels of the picture. @type {Corners} */
+  corners = wholeOf(1, 1);
   /** Where the picture lies on the stage: stage = picture * scale + (left, top), CSS pixels. */
   #view = { left: 0, top: 0, scale: 1 };
   /** @type {() => void} called whenever a corner has moved */
@@ -46,7 +46,7 @@ export class CornerEditor {
       let [dx, dy] = [0, 0];
       handle.addEventListener("pointerdown", (event) => {
         handle.setPointerCapture(event.pointerId);
-        const [x, y] = this.#corners[index];
+        const [x, y] = this.corners[index];
         const { scale } = this.#view;
         [dx, dy] = [x - event.clientX / scale, y - event.clientY / scale];
         handle.dataset.held = "true";
@@ -69,10 +69,10 @@ export class CornerEditor {
         if (!way) return;
         event.preventDefault();
         const step = (event.shiftKey ? LONG_STEP : STEP) / this.#view.scale;
-        const [x, y] = this.#corners[index];
+        const [x, y] = this.corners[index];
         this.#move(index, x + way[0] * step, y + way[1] * step);
         this.#showLoupe(index);
-        const [px, py] = this.#corners[index];
+        const [px, py] = this.corners[index];
         const percent = (/** @type {number} */ at, /** @type {number} */ of) => `${Math.round((100 * at) / of)} %`;
         this.#said.textContent = `${percent(px, this.#picture.width)} across, ${percent(py, this.#picture.height)} down`;
       });
@@ -80,15 +80,10 @@ export class CornerEditor {
     new ResizeObserver(() => this.#place()).observe(this.#stage);
   }
 
-  /** @returns {PrintCorners} pixels of the picture */
-  get corners() {
-    return this.#corners;
-  }
-
   /** Whether the outline is the whole picture. */
   get isWhole() {
     const whole = wholeOf(this.#picture.width, this.#picture.height);
-    return this.#corners.every(([x, y], i) => Math.hypot(x - whole[i][0], y - whole[i][1]) < 0.5);
+    return this.corners.every(([x, y], i) => Math.hypot(x - whole[i][0], y - whole[i][1]) < 0.5);
   }
 
   /**
@@ -97,14 +92,14 @@ export class CornerEditor {
    */
   show(picture, corners = wholeOf(picture.width, picture.height)) {
     this.#picture = picture;
-    this.#corners = corners;
+    this.corners = corners;
     this.#place();
     this.onChange();
   }
 
   /** @param {HTMLCanvasElement} picture the same, turned by a quarter clockwise */
   turn(picture) {
-    const [a, b, c, d] = this.#corners.map(([x, y]) => /** @type {[number, number]} */ ([picture.width - y, x]));
+    const [a, b, c, d] = this.corners.map(([x, y]) => /** @type {[number, number]} */ ([picture.width - y, x]));
     this.show(picture, [d, a, b, c]);
   }
 
@@ -130,7 +125,7 @@ export class CornerEditor {
   #draw() {
     const { left, top, scale } = this.#view;
     const [width, height] = [this.#picture.width * scale, this.#picture.height * scale];
-    const points = this.#corners.map(([x, y]) => [left + x * scale, top + y * scale]);
+    const points = this.corners.map(([x, y]) => [left + x * scale, top + y * scale]);
     const outline = `M${points.map(([x, y]) => `${x} ${y}`).join("L")}Z`;
     this.#outline.setAttribute("d", outline);
     this.#shade.setAttribute("d", `M${left} ${top}h${width}v${height}h${-width}Z${outline}`);
@@ -146,11 +141,11 @@ export class CornerEditor {
    */
   #move(index, x, y) {
     const { width, height } = this.#picture;
-    const corners = /** @type {Corners} */ (this.#corners.map((corner) => [...corner]));
+    const corners = /** @type {Corners} */ (this.corners.map((corner) => [...corner]));
     corners[index] = [Math.min(width, Math.max(0, x)), Math.min(height, Math.max(0, y))];
     const least = MIN_SIDE * Math.min(width, height);
     if (Math.min(...sidesOf(corners)) < least || !isPrintOutline(corners)) return;
-    this.#corners = corners;
+    this.corners = corners;
     this.#draw();
     this.onChange();
   }
@@ -163,7 +158,7 @@ export class CornerEditor {
   #showLoupe(index) {
     const loupe = this.#loupe;
     const { left, top, scale } = this.#view;
-    const [x, y] = this.#corners[index];
+    const [x, y] = this.corners[index];
     const density = Math.min(2, devicePixelRatio);
     const size = LOUPE * density;
     if (loupe.width !== size) [loupe.width, loupe.height] = [size, size];
@@ -175,7 +170,7 @@ export class CornerEditor {
     context.setTransform(zoom, 0, 0, zoom, size / 2 - x * zoom, size / 2 - y * zoom);
     context.drawImage(this.#picture, 0, 0);
     context.beginPath();
-    this.#corners.forEach(([cx, cy]) => context.lineTo(cx, cy));
+    this.corners.forEach(([cx, cy]) => context.lineTo(cx, cy));
     context.closePath();
     context.lineWidth = (1.5 * density) / zoom;
     context.strokeStyle = "#5fe3bd";

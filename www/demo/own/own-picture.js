@@ -82,7 +82,7 @@ export class OwnPicture {
   async read(file) {
     const own = ++this.#newest;
     try {
-      const picture = await readPicture(file, file.name);
+      const picture = await readPicture(file);
       if (own === this.#newest) this.#edit(picture);
     } catch (error) {
       if (own === this.#newest) this.#page.fail(error, () => this.#file.click());

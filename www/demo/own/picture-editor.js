@@ -124,9 +124,7 @@ export class PictureEditor {
     this.#usual = usual;
     this.#say("");
     if (usual === "own" || usual === "unknown") this.#saidAspect = Number.NaN;
-    this.#applyUsual();
-    this.#showSize();
-    this.#schedulePreview();
+    this.#follow();
   }
 
   /** Makes the size that of the usual sheet that was chosen. */
@@ -181,7 +179,7 @@ export class PictureEditor {
     this.#showSize();
   }
 
-  /** After a corner has moved. */
+  /** After a corner has moved, or a size was chosen. */
   #follow() {
     this.#whole.disabled = this.#corners.isWhole;
     this.#applyUsual();

@@ -18,22 +18,21 @@ const MIN_LENGTH = 64;
  */
 
 /**
- * @param {Blob} file
- * @param {string} name
+ * @param {File} file
  * @throws {PictureError} `image-unreadable`, `picture-small`, `picture-empty`
  */
-export async function readPicture(file, name) {
+export async function readPicture(file) {
   const url = URL.createObjectURL(file);
   // Unlike `createImageBitmap` this takes drawings (SVG) too.
   const image = Object.assign(new Image(), { src: url });
   try {
     await image.decode();
   } catch (cause) {
-    throw new PictureError("image-unreadable", `${name} could not be read: ${await whyUnreadable(file)}.`, { cause });
+    throw new PictureError("image-unreadable", `${file.name} could not be read: ${await whyUnreadable(file)}.`, { cause });
   } finally {
     URL.revokeObjectURL(url);
   }
-  return pictureFrom(image, image.naturalWidth, image.naturalHeight, name);
+  return pictureFrom(image, image.naturalWidth, image.naturalHeight, file.name);
 }
 
 /**
