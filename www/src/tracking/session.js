@@ -131,7 +131,7 @@ export class Session extends Announcer {
     this.#tracker = new LastingTracker(parts.startTracker, () => ({ module, smooth, targets: this.targets.map(sourceOf) }));
     this.#stream = source instanceof CameraStream ? source : null;
     const video = source instanceof CameraStream ? source.video : source;
-    this.#frames = Symbol.asyncIterator in video ? new OwnFrames(video) : new VideoFrames(video, parts.software);
+    this.#frames = Symbol.asyncIterator in video ? new OwnFrames(video, this.#listening.signal) : new VideoFrames(video, this.#listening.signal, parts.software);
     // The finders look at the first frame while the tracker starts, which then follows it.
     const question = this.#followed.size > 0 ? { ids: [...this.#followed.keys()], onlyConfirms: false } : null;
     this.#next = { focal: CANONICAL_FOCAL, intervalMs: 0, question };
@@ -219,7 +219,6 @@ export class Session extends Announcer {
     this.#end = { error };
     this.#listening.abort();
     clearInterval(this.#watching);
-    this.#frames.stop();
     this.#tracker.terminate(closedError());
     this.tell("ended", { error });
   }
