@@ -78,9 +78,7 @@ async function openFilm(input, place, signal) {
   const waiting = setTimeout(begin, PATIENCE_MS);
   const fetchWhole = async () => {
     if (whole) throw film.error;
-    const answer = await fetch(/** @type {string} */ (input));
-    if (!answer.ok) throw film.error;
-    const blob = await answer.blob();
+    const blob = /** @type {Blob} */ (await readImage(input, signal));
     if (!film.isConnected) return;
     film.src = whole = URL.createObjectURL(blob);
     film.load();

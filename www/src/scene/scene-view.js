@@ -307,7 +307,8 @@ export class SceneView extends Announcer {
       if (!this.#options.host) this.#request = requestAnimationFrame(this.#loop);
       if (source === null) return await this.#lookAt(this.#sft);
       const isAsked = this.#options.onEstimate !== undefined || this.targets.some(({ kind }) => kind === "model");
-      const onEstimate = isAsked ? this.#answer : undefined;
+      const answer = (/** @type {Estimate} */ estimate, /** @type {number} */ frame) => (this.#tellSheets(estimate, frame), estimate.close());
+      const onEstimate = isAsked ? answer : undefined;
       const session = this.#sft.follow(source, { targets, camera, smooth, software: this.software, onEstimate });
       this.#session = session;
       this.#foundAt = performance.now();
@@ -325,12 +326,6 @@ export class SceneView extends Announcer {
       this.tell("error", { error: this.error });
     }
   }
-
-  /** @type {(estimate: Estimate, frame: number) => void} */
-  #answer = (estimate, frame) => {
-    this.#tellSheets(estimate, frame);
-    estimate.close();
-  };
 
   /** @param {Estimate} estimate @param {number} frame its number */
   #tellSheets(estimate, frame) {
