@@ -112,7 +112,9 @@ export class CameraStream extends EventTarget {
   /** Plays the stream; called by {@link openCamera}. */
   async start() {
     const { signal } = this.#listening;
-    const video = Object.assign(this.#video, { playsInline: true, muted: true, autoplay: true });
+    const video = this.#video;
+    video.playsInline = true;
+    Object.assign(video, { muted: true, autoplay: true });
     video.addEventListener("resize", () => this.dispatchEvent(new Event("resize")), { signal });
     const returned = () => {
       if (document.visibilityState === "hidden") return;
