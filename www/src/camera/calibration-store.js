@@ -31,8 +31,8 @@ export function readCalibration(key) {
  * @returns {boolean} whether it is what is kept now
  */
 export function keepCalibration(key, calibration) {
-  const kept = readCalibration(key);
-  if (calibration?.spread && kept?.spread && kept.spread / kept.focal < calibration.spread / calibration.focal) return false;
+  const [kept, spread] = [readCalibration(key), calibration?.spread ?? null];
+  if (calibration && kept && kept.spread !== null && spread !== null && kept.spread / kept.focal < spread / calibration.focal) return false;
   known.set(key, calibration);
   inStorage((storage) => {
     if (calibration === null) storage.removeItem(PREFIX + key);
