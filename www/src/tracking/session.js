@@ -225,7 +225,6 @@ export class Session extends Announcer {
 
   /** @returns {AsyncGenerator<TrackedFrame, void, void>} */
   async *#run() {
-    /** @type {Following | null} */
     let next = null;
     // It may have been held back from the start.
     if (this.#stream?.interrupted) this.tell("interrupted", null);
@@ -294,7 +293,7 @@ export class Session extends Announcer {
    *
    * @param {boolean} [waitsNot] whether only the frame that waits is tried: the one before it must not be held back for another,
    *   which may never come
-   * @returns {Promise<Following | null>} null once closed, and where that frame is not worth it
+   * @returns null once closed, and where that frame is not worth it
    */
   async #begin(waitsNot = false) {
     for (let tries = 0; tries === 0 || !waitsNot; tries++) {
@@ -316,10 +315,10 @@ export class Session extends Announcer {
   }
 
   /**
-   * Takes a frame, and has the tracker follow it.
+   * Takes a frame, and has the tracker follow it. `size` is that with which it came; `ask` has the finders asked about it, once the frame
+   * before it is closed.
    *
    * @param {number} timeMs
-   * @returns {Promise<Following>}
    * @throws {DeepSftError} `image-unreadable`, `image-cross-origin`, `camera-intrinsics`
    */
   async #take(timeMs) {
@@ -402,21 +401,6 @@ export class Session extends Announcer {
     }
   }
 }
-
-/**
- * A frame that the tracker is following.
- *
- * @typedef {object} Following
- * @property {number} number
- * @property {number} timeMs
- * @property {ImageBitmap} frame
- * @property {SourcedCamera} camera
- * @property {{ width: number, height: number }} size with which the frame came, pixels
- * @property {number} began when the tracker was free for it, milliseconds
- * @property {number} grabMs
- * @property {ReturnType<LastingTracker["follow"]>} answer
- * @property {() => void} ask has the finders asked about it, once the frame before it is closed
- */
 
 function closedError() {
   return new DeepSftError("closed", "The session was closed.");
