@@ -10,12 +10,7 @@ export const MAX_PICTURE_LENGTH = 2000;
 /** Shortest side, pixels, with anything on it to be found by. */
 const MIN_LENGTH = 64;
 
-/**
- * @typedef {object} OpenedPicture
- * @property {HTMLCanvasElement} canvas opaque
- * @property {string} name
- * @property {boolean} transparent whether parts were see-through; they are white now
- */
+/** An opaque picture; `transparent`: parts of it were see-through, and are white now. @typedef {ReturnType<typeof pictureFrom>} OpenedPicture */
 
 /**
  * @param {File} file

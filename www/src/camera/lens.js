@@ -1,12 +1,8 @@
 // How lenses bend rays: OpenCV's two models, as the Rust side's `Lens` has them.
 
-/**
- * A lens: that of a `Camera`. Without coefficients it bends nothing.
- *
- * @typedef {object} Lens
- * @property {readonly number[]} [distortion] (k1, k2, p1, p2, k3)
- * @property {readonly number[]} [fisheye] (k1, k2, k3, k4), in place of `distortion`
- */
+/** @import { Camera } from "./intrinsics.js" */
+
+/** A camera's lens. Without coefficients it bends nothing. @typedef {Pick<Camera, "distortion" | "fisheye">} Lens */
 
 /** Squared length of the longest rays (x, y, 1) that a polynomial is checked for: 89.4 degrees from the axis. */
 const LONGEST_RAY_SQUARED = 1e4;
