@@ -23,7 +23,6 @@ const BORDER = 0.1;
 
 export class Overlays {
   #view;
-  #target;
   #sheet;
   /** @type {Choice | null} */
   #choice = null;
@@ -46,7 +45,6 @@ export class Overlays {
    */
   constructor(view, target) {
     this.#view = view;
-    this.#target = target;
     this.#sheet = view.sheet(target);
   }
 
@@ -56,11 +54,11 @@ export class Overlays {
     const sheet = this.#sheet;
     this.#clear();
     if (overlay === "paper") {
-      this.#painter ??= new PaperPainter(this.#view.renderer, this.#target, this.#view.software);
+      this.#painter ??= new PaperPainter(this.#view.renderer, sheet.target, this.#view.software);
       this.#painter.paint(paper, STILL_SECONDS);
       sheet.map = this.#painter.texture;
     }
-    if (overlay === "shaded") sheet.material = plasterMaterial(this.#target);
+    if (overlay === "shaded") sheet.material = plasterMaterial(sheet.target);
     if (overlay === "depth") sheet.material = this.#depth = depthMaterial();
     if (overlay === "mesh") {
       sheet.material = veilMaterial();
@@ -68,7 +66,7 @@ export class Overlays {
     }
     if (overlay === "object") {
       const standing = new Standing(object);
-      const { widthMm, heightMm } = this.#target;
+      const { widthMm, heightMm } = sheet.target;
       standing.scale.setScalar(SCALE * Math.min(1, heightMm / widthMm));
       this.#object = { anchor: sheet.anchor(...this.#place, { unit: "width" }), standing };
       this.#object.anchor.add(standing);

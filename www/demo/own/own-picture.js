@@ -58,7 +58,7 @@ export class OwnPicture {
     this.#capture.onPicture = (picture, corners) => this.#edit(picture, corners);
     this.#capture.onError = (error) => page.fail(error, () => this.photograph());
     for (const editor of [this.#editor, this.#scan]) editor.onReady = (picture, use) => void this.#finish(picture, use);
-    for (const leave of this.#root.querySelectorAll(".leave")) leave.addEventListener("click", () => this.#leave());
+    for (const leave of this.#root.querySelectorAll(".leave")) leave.addEventListener("click", page.leave);
     part("#choose-picture").addEventListener("click", () => this.#file.click());
     part("#photograph").addEventListener("click", () => this.photograph());
     for (const id of ["#choose-scan", "#another-scan"]) part(id).addEventListener("click", () => this.#scanFile.click());
@@ -67,7 +67,7 @@ export class OwnPicture {
     part("#last-forget").addEventListener("click", () => void this.#forget());
     onChosen(this.#file, ([file]) => void this.read(file));
     onChosen(this.#scanFile, (files) => void this.readScan(files));
-    this.#root.addEventListener("keydown", (event) => event.key === "Escape" && this.#leave());
+    this.#root.addEventListener("keydown", (event) => event.key === "Escape" && page.leave());
     void this.#recall();
   }
 
@@ -126,11 +126,6 @@ export class OwnPicture {
   #show() {
     this.#page.show();
     this.#closeAll();
-  }
-
-  #leave() {
-    this.close();
-    this.#page.leave();
   }
 
   /**

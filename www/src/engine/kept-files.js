@@ -27,23 +27,20 @@ export class KeptFiles {
   }
 
   /**
-   * A kept file; one that is damaged is thrown away.
+   * A kept file; null where there is none, or one that is damaged, in whose place a good one is kept then.
    *
    * @param {string} name
    * @param {string} sha256 of its content, hexadecimal
    */
   async take(name, sha256) {
-    const key = this.#key(name, sha256);
     try {
-      const response = await this.#cache?.match(key);
-      if (!response) return null;
-      const bytes = new Uint8Array(await response.arrayBuffer());
-      if (await hasHash(bytes, sha256)) return bytes;
-      await this.#cache?.delete(key);
+      const response = await this.#cache?.match(this.#key(name, sha256));
+      const bytes = response && new Uint8Array(await response.arrayBuffer());
+      return bytes && (await hasHash(bytes, sha256)) ? bytes : null;
     } catch {
       // A storage that fails is one that holds nothing.
+      return null;
     }
-    return null;
   }
 
   /**
