@@ -62,16 +62,7 @@ export declare class TrackedFrame {
     frame: ImageBitmap | null;
     /** Whether it stays open when the next one is asked for. */
     kept: boolean;
-    /**
-     * @param {object} contents
-     * @param {number} contents.number
-     * @param {number} contents.timeMs
-     * @param {TrackedTarget[]} contents.targets
-     * @param {SourcedCamera} contents.camera
-     * @param {TrackedTimes} contents.times
-     * @param {number} contents.networkFps
-     * @param {ImageBitmap | null} contents.frame
-     */
+    /** @param {{ number: number, timeMs: number, targets: TrackedTarget[], camera: SourcedCamera, times: TrackedTimes, networkFps: number, frame: ImageBitmap | null }} contents */
     constructor({ number, timeMs, targets, camera, times, networkFps, frame }: {
         number: number;
         timeMs: number;

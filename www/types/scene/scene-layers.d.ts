@@ -1,17 +1,18 @@
-import type { Scene, WebGLRenderer } from "three";
-import type { TrackedFrame } from "../results/tracked-frame.js";
-import type { FrameCamera } from "../three/frame-camera.js";
+import type { TrackedFrame } from "../index.js";
+import type { SceneView } from "./scene-view.js";
 export declare class SceneLayers {
     #private;
-    /** What holds the canvases. */
+    /** What holds the canvases, and its size, CSS pixels. */
     element: HTMLDivElement;
+    page: {
+        width: number;
+        height: number;
+    };
     /**
-     * @param {WebGLRenderer} renderer
-     * @param {Scene} scene gets the camera's picture as its background
-     * @param {FrameCamera} camera
+     * @param {Pick<SceneView, "renderer" | "scene" | "camera" | "software">} view whose scene gets the camera's picture as its background
      * @param {boolean} isHosted whether the canvas is the page's own, and lies where it is
      */
-    constructor(renderer: WebGLRenderer, scene: Scene, camera: FrameCamera, isHosted: boolean);
+    constructor(view: Pick<SceneView, "renderer" | "scene" | "camera" | "software">, isHosted: boolean);
     /** Whether what is seen is mirrored. */
     get mirrored(): boolean;
     /** @param {boolean} mirrored */
@@ -22,13 +23,8 @@ export declare class SceneLayers {
      * Draws the scene, whose camera has the intrinsics of the frame.
      *
      * @param {TrackedFrame} tracked that is shown
-     * @param {{ width: number, height: number }} page the size of it all, CSS pixels
-     * @param {boolean} software whether the processor does the drawing
      */
-    draw({ frame, camera: intrinsics }: TrackedFrame, page: {
-        width: number;
-        height: number;
-    }, software: boolean): void;
+    draw({ frame, camera: intrinsics }: TrackedFrame): void;
     /**
      * What was just drawn, not mirrored, in the middle of a canvas.
      *
