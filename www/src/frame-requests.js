@@ -64,7 +64,6 @@ export class FrameRequests {
   /**
    * @param {ImageInput} image
    * @param {EstimateOptions} options
-   * @returns {Promise<Estimate>}
    */
   async estimate(image, { fit = false, signal, ...options }) {
     const began = performance.now();

@@ -62,7 +62,6 @@ export declare class FrameRequests {
     /**
      * @param {ImageInput} image
      * @param {EstimateOptions} options
-     * @returns {Promise<Estimate>}
      */
     estimate(image: ImageInput, { fit, signal, ...options }: EstimateOptions): Promise<Estimate>;
     /**
