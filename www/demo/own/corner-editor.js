@@ -2,7 +2,7 @@
 
 import { isPrintOutline } from "deepsft";
 import { part } from "../part.js";
-import { canvasOf, contextOf } from "./read-picture.js";
+import { canvasOf, contextOf, turned } from "./read-picture.js";
 
 /** @import { PrintCorners } from "deepsft" */
 
@@ -31,8 +31,7 @@ export class CornerEditor {
   #handles = /** @type {HTMLButtonElement[]} */ ([...this.#stage.querySelectorAll(".corner")]);
   #loupe = part("#corners .loupe", HTMLCanvasElement);
   #said = part("#corners .said");
-  /** @type {HTMLCanvasElement} */
-  #picture = canvasOf(1, 1);
+  picture = canvasOf(1, 1);
   /** Pixels of the picture. @type {Corners} */
   corners = wholeOf(1, 1);
   /** Where the picture lies on the stage: stage = picture * scale + (left, top), CSS pixels. */
@@ -74,7 +73,7 @@ export class CornerEditor {
         this.#showLoupe(index);
         const [px, py] = this.corners[index];
         const percent = (/** @type {number} */ at, /** @type {number} */ of) => `${Math.round((100 * at) / of)} %`;
-        this.#said.textContent = `${percent(px, this.#picture.width)} across, ${percent(py, this.#picture.height)} down`;
+        this.#said.textContent = `${percent(px, this.picture.width)} across, ${percent(py, this.picture.height)} down`;
       });
     });
     new ResizeObserver(() => this.#place()).observe(this.#stage);
@@ -82,7 +81,7 @@ export class CornerEditor {
 
   /** Whether the outline is the whole picture. */
   get isWhole() {
-    const whole = wholeOf(this.#picture.width, this.#picture.height);
+    const whole = wholeOf(this.picture.width, this.picture.height);
     return this.corners.every(([x, y], i) => Math.hypot(x - whole[i][0], y - whole[i][1]) < 0.5);
   }
 
@@ -91,14 +90,15 @@ export class CornerEditor {
    * @param {Corners} [corners] of the whole picture when absent
    */
   show(picture, corners = wholeOf(picture.width, picture.height)) {
-    this.#picture = picture;
+    this.picture = picture;
     this.corners = corners;
     this.#place();
     this.onChange();
   }
 
-  /** @param {HTMLCanvasElement} picture the same, turned by a quarter clockwise */
-  turn(picture) {
+  /** Turns the picture by a quarter, clockwise. */
+  turn() {
+    const picture = turned(this.picture);
     const [a, b, c, d] = this.corners.map(([x, y]) => /** @type {[number, number]} */ ([picture.width - y, x]));
     this.show(picture, [d, a, b, c]);
   }
@@ -107,7 +107,7 @@ export class CornerEditor {
   #place() {
     const { clientWidth, clientHeight } = this.#stage;
     if (clientWidth === 0 || clientHeight === 0) return;
-    const { width, height } = this.#picture;
+    const { width, height } = this.picture;
     const scale = Math.min((clientWidth - 2 * MARGIN) / width, (clientHeight - 2 * MARGIN) / height);
     const [left, top] = [(clientWidth - width * scale) / 2, (clientHeight - height * scale) / 2];
     this.#view = { left, top, scale };
@@ -118,13 +118,13 @@ export class CornerEditor {
     shown.style.width = `${width * scale}px`;
     shown.style.height = `${height * scale}px`;
     [shown.width, shown.height] = [Math.max(1, width * scale * density), Math.max(1, height * scale * density)];
-    contextOf(shown).drawImage(this.#picture, 0, 0, shown.width, shown.height);
+    contextOf(shown).drawImage(this.picture, 0, 0, shown.width, shown.height);
     this.#draw();
   }
 
   #draw() {
     const { left, top, scale } = this.#view;
-    const [width, height] = [this.#picture.width * scale, this.#picture.height * scale];
+    const [width, height] = [this.picture.width * scale, this.picture.height * scale];
     const points = this.corners.map(([x, y]) => [left + x * scale, top + y * scale]);
     const outline = `M${points.map(([x, y]) => `${x} ${y}`).join("L")}Z`;
     this.#outline.setAttribute("d", outline);
@@ -140,7 +140,7 @@ export class CornerEditor {
    * @param {number} y
    */
   #move(index, x, y) {
-    const { width, height } = this.#picture;
+    const { width, height } = this.picture;
     const corners = /** @type {Corners} */ (this.corners.map((corner) => [...corner]));
     corners[index] = [Math.min(width, Math.max(0, x)), Math.min(height, Math.max(0, y))];
     const least = MIN_SIDE * Math.min(width, height);
@@ -168,7 +168,7 @@ export class CornerEditor {
     context.fillStyle = "#0e1013";
     context.fillRect(0, 0, size, size);
     context.setTransform(zoom, 0, 0, zoom, size / 2 - x * zoom, size / 2 - y * zoom);
-    context.drawImage(this.#picture, 0, 0);
+    context.drawImage(this.picture, 0, 0);
     context.beginPath();
     this.corners.forEach(([cx, cy]) => context.lineTo(cx, cy));
     context.closePath();
