@@ -85,7 +85,7 @@ const own = new OwnPicture({
   show: () => showView("own"),
   leave,
   use(picture, use) {
-    subjects.choose(picture);
+    subjects.chosen = picture;
     if (use === "image") view.imageFile.click();
     else startVideo("camera");
   },
@@ -306,14 +306,14 @@ function openHud(open) {
 
 for (const [button, subject] of /** @type {const} */ ([["#use-camera", "poster"], ["#use-tube", "tube"]])) {
   part(button).addEventListener("click", () => {
-    subjects.choose(subject);
+    subjects.chosen = subject;
     startVideo("camera");
   });
 }
 part("#use-clip").addEventListener("click", startClip);
 part("#use-screen").addEventListener("click", async () => (await import("./screen.js")).showOnScreen());
 part("#use-image").addEventListener("click", () => {
-  subjects.choose("poster");
+  subjects.chosen = "poster";
   view.imageFile.click();
 });
 onChosen(view.imageFile, ([file]) => startImage(file));

@@ -38,8 +38,8 @@ export class Subjects {
   #engines = new Map();
   /** The first of them that was there. @type {DeepSft | null} */
   #loaded = null;
-  /** @type {SoughtPicture | Ours} */
-  #chosen = "poster";
+  /** What is looked for next. @type {SoughtPicture | Ours} */
+  chosen = "poster";
   /** The picture that an engine knows. @type {{ picture: SoughtPicture, subject: Promise<Subject> } | null} */
   #known = null;
 
@@ -53,27 +53,22 @@ export class Subjects {
   }
 
   get kind() {
-    return typeof this.#chosen === "string" ? this.#chosen : "picture";
+    return typeof this.chosen === "string" ? this.chosen : "picture";
   }
 
   /** Whether it is the person's own picture. */
   get isOwn() {
-    return this.kind === "picture" && this.#chosen !== CLIP_PICTURE;
-  }
-
-  /** @param {ReadyPicture | Ours} subject */
-  choose(subject) {
-    this.#chosen = subject;
+    return this.kind === "picture" && this.chosen !== CLIP_PICTURE;
   }
 
   /** What the clip shows. */
   chooseClip() {
-    this.#chosen = parameters.has("model") ? "poster" : CLIP_PICTURE;
+    this.chosen = parameters.has("model") ? "poster" : CLIP_PICTURE;
   }
 
   /** What was chosen, once an engine knows it. */
   async ready() {
-    const chosen = this.#chosen;
+    const chosen = this.chosen;
     if (typeof chosen === "string") {
       const sft = await this.#engine((chosen === "poster" && parameters.get("model")) || MODELS[chosen]);
       // The model's own target comes first.
@@ -111,7 +106,7 @@ export class Subjects {
     const old = await before?.catch(() => undefined);
     old?.sft.removeTarget(old.target);
     const sft = await this.#anyEngine();
-    if (this.#chosen === picture) this.#onLearning();
+    if (this.chosen === picture) this.#onLearning();
     return { kind: "picture", sft, target: await sft.addPicture(canvas, { widthMm, name }), hasSize };
   }
 

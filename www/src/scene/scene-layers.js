@@ -21,12 +21,14 @@ const MARGIN = 1;
 
 export class SceneLayers {
   #view;
-  #background = new FrameBackground();
+  #isMirrored = false;
   #below;
   /** The frame that the layer below shows. @type {ImageBitmap | null} */
   #shown = null;
   #isHosted;
   #boxSize = { width: 0, height: 0 };
+  /** Shows the camera's picture. */
+  background = new FrameBackground();
   /** What holds the canvases, and its size, CSS pixels. */
   element = document.createElement("div");
   page = { width: 0, height: 0 };
@@ -45,26 +47,14 @@ export class SceneLayers {
     this.element.setAttribute("role", "img");
     this.element.setAttribute("aria-label", "The camera's picture, with what is put into it");
     if (!isHosted) this.element.append(view.renderer.domElement);
-    view.scene.add(this.#background);
+    view.scene.add(this.background);
   }
 
-  /** Whether what is seen is mirrored. */
-  get mirrored() {
-    return this.#mirror.style.transform !== "";
-  }
-
-  /** @param {boolean} mirrored */
-  set mirrored(mirrored) {
-    this.#mirror.style.transform = mirrored ? "scaleX(-1)" : "";
-  }
-
-  get #mirror() {
-    return this.#isHosted ? this.#view.renderer.domElement : this.element;
-  }
-
-  /** Shows a frame from the next drawing on; it is kept until there is another. @param {TrackedFrame} tracked */
-  show(tracked) {
-    this.#background.show(tracked);
+  /** @param {boolean} isMirrored whether what is seen is mirrored */
+  mirror(isMirrored) {
+    this.#isMirrored = isMirrored;
+    const mirror = this.#isHosted ? this.#view.renderer.domElement : this.element;
+    mirror.style.transform = isMirrored ? "scaleX(-1)" : "";
   }
 
   /**
@@ -77,7 +67,7 @@ export class SceneLayers {
     if (this.#isHosted) return renderer.render(scene, camera);
     // The shader that takes out a lens' distortion is WebGL's.
     const isApart = software && frame !== null && isPinhole(intrinsics);
-    this.#background.visible = !isApart;
+    this.background.visible = !isApart;
     if (isApart) return this.#drawApart(frame);
     this.#below.canvas.remove();
     this.#takePlace({ left: 0, top: 0, ...this.page }, software ? MAX_SOFTWARE_PIXELS : Infinity);
@@ -101,7 +91,7 @@ export class SceneLayers {
     for (const layer of this.#isHosted ? [this.#view.renderer.domElement] : this.element.querySelectorAll("canvas")) {
       if (layer.style.visibility === "hidden") continue;
       const box = layer.getBoundingClientRect();
-      const fromLeft = this.mirrored ? left + width - box.right : box.left - left;
+      const fromLeft = this.#isMirrored ? left + width - box.right : box.left - left;
       const [x, y] = [(canvas.width - scale * width) / 2 + scale * fromLeft, (canvas.height - scale * height) / 2 + scale * (box.top - top)];
       context.drawImage(layer, x, y, scale * box.width, scale * box.height);
     }
@@ -109,8 +99,8 @@ export class SceneLayers {
   }
 
   dispose() {
-    this.#background.removeFromParent();
-    this.#background.dispose();
+    this.background.removeFromParent();
+    this.background.dispose();
   }
 
   /**

@@ -290,7 +290,7 @@ export class SceneView extends Announcer {
     this.#show("loading");
     if (!(opened instanceof CameraStream)) return opened;
     this.stream = opened;
-    const mirror = () => (this.#layers.mirrored = opened.facing === "user");
+    const mirror = () => this.#layers.mirror(opened.facing === "user");
     mirror();
     opened.addEventListener("switched", mirror, { signal: this.#ending.signal });
     return opened;
@@ -360,7 +360,7 @@ export class SceneView extends Announcer {
     const now = performance.now();
     for (const { target } of tracked.targets) this.sheet(target).update(tracked, now);
     this.#playFilms();
-    this.#layers.show(tracked);
+    this.#layers.background.show(tracked);
     this.#frame = tracked;
     this.#isNew = true;
     const isFound = tracked.targets.length === 0 || tracked.targets.some(({ found }) => found);
