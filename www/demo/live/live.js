@@ -23,16 +23,6 @@ const SCALE_SECONDS = 0.4;
 /** Of the image, below which a region that the network sees is marked. */
 const WHOLE = 0.95;
 
-/**
- * Tells those who script the page of an estimate or a tracked frame, before it is closed.
- *
- * @param {"estimate" | "tracked"} name
- * @param {Estimate | TrackedFrame} result a property of this name of the event `deepsft-estimate` or `deepsft-tracked` on the document
- */
-function announce(name, result) {
-  document.dispatchEvent(Object.assign(new Event(`deepsft-${name}`), { [name]: result }));
-}
-
 export class Live {
   #container = part("#stage");
   #hud;
@@ -126,7 +116,8 @@ export class Live {
     const now = performance.now();
     const { mesh, camera } = tracked;
     this.#frame = tracked;
-    announce("tracked", tracked);
+    // For those who script the page, as below.
+    document.dispatchEvent(Object.assign(new Event("deepsft-tracked"), { tracked }));
     if (mesh) {
       this.#trackedAt = now;
       this.#followDepth(mesh);
@@ -148,7 +139,7 @@ export class Live {
 
   /** @param {Estimate} estimate @param {Subject} subject */
   #takeEstimate(estimate, subject) {
-    announce("estimate", estimate);
+    document.dispatchEvent(Object.assign(new Event("deepsft-estimate"), { estimate }));
     this.#onShown();
     // After a lost GPU the engine may run elsewhere.
     this.#hud.showEngine(subject);
