@@ -8,11 +8,10 @@ import { canonicalIntrinsics } from "./frames/canonical-frame.js";
 import { closeFrame, readImage, transferableFrame } from "./frames/image-input.js";
 import { Estimate } from "./results/estimate.js";
 
-/** @import { CameraOption, CameraSource, SourcedCamera } from "./camera/intrinsics.js" */
+/** @import { CameraOption, CameraSource, ImageInput, SourcedCamera, Target } from "./index.js" */
 /** @import { EngineWorker, MeshRequest, RawEstimate } from "./engine/engine-worker.js" */
 /** @import { LastingEngine } from "./engine/lasting-engine.js" */
-/** @import { ImageInput, ReadImage } from "./frames/image-input.js" */
-/** @import { Target } from "./targets/target.js" */
+/** @import { ReadImage } from "./frames/image-input.js" */
 /** @import { Question } from "./tracking/session.js" */
 
 /**

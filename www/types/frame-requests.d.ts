@@ -1,8 +1,6 @@
 import { Estimate } from "./results/estimate.js";
-import type { CameraOption } from "./camera/intrinsics.js";
+import type { CameraOption, ImageInput, Target } from "./index.js";
 import type { LastingEngine } from "./engine/lasting-engine.js";
-import type { ImageInput } from "./frames/image-input.js";
-import type { Target } from "./targets/target.js";
 import type { Question } from "./tracking/session.js";
 export type EstimateOptions = {
     /**

@@ -43,13 +43,9 @@ export async function fetchBytes(url, signal, { onBytes = () => undefined, ...re
     const response = await fetch(url, { signal, ...request });
     if (!response.ok)
       throw new DeepSftError("model-load", `${url} could not be fetched: the server answered ${response.status}.`);
-    const counter = new TransformStream({
-      transform(chunk, controller) {
-        onBytes(chunk.byteLength);
-        controller.enqueue(chunk);
-      },
-    });
-    return new Uint8Array(await new Response(response.body?.pipeThrough(counter)).arrayBuffer());
+    const counted = response.clone().body?.pipeTo(new WritableStream({ write: ({ byteLength }) => onBytes(byteLength) }));
+    const [bytes] = await Promise.all([response.arrayBuffer(), counted]);
+    return new Uint8Array(bytes);
   } catch (error) {
     signal?.throwIfAborted();
     if (error instanceof DeepSftError) throw error;

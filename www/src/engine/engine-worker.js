@@ -2,9 +2,8 @@
 
 import { DeepSftError } from "../error.js";
 
+/** @import { DeepSftErrorCode, LoadOptions } from "../index.js" */
 /** @import { Engine, RawEstimate as EngineEstimate } from "../../pkg/deepsft_web.js" */
-/** @import { LoadOptions } from "../deepsft.js" */
-/** @import { DeepSftErrorCode } from "../error.js" */
 /** @import { TargetSource } from "../targets/target-source.js" */
 /** @import { WorkerCalls } from "./worker-calls.js" */
 

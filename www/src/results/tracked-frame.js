@@ -1,8 +1,6 @@
 // What the tracker says of one frame of a video.
 
-/** @import { SourcedCamera } from "../camera/intrinsics.js" */
-/** @import { Target } from "../targets/target.js" */
-/** @import { SurfaceMesh } from "./surface-mesh.js" */
+/** @import { SourcedCamera, SurfaceMesh, Target } from "../index.js" */
 
 /**
  * Milliseconds spent on a frame: `capture` (grabbing it and reading its pixels), `warp` (to the canonical image),

@@ -1,6 +1,5 @@
+import type { DeepSftErrorCode, LoadOptions } from "../index.js";
 import type { Engine, RawEstimate as EngineEstimate } from "../../pkg/deepsft_web.js";
-import type { LoadOptions } from "../deepsft.js";
-import type { DeepSftErrorCode } from "../error.js";
 import type { TargetSource } from "../targets/target-source.js";
 import type { WorkerCalls } from "./worker-calls.js";
 export type EngineWorker = WorkerCalls<typeof import("./engine-host.js")>;

@@ -1,7 +1,10 @@
+import { FrameBackground } from "../three/frame-background.js";
 import type { TrackedFrame } from "../index.js";
 import type { SceneView } from "./scene-view.js";
 export declare class SceneLayers {
     #private;
+    /** Shows the camera's picture. */
+    background: FrameBackground;
     /** What holds the canvases, and its size, CSS pixels. */
     element: HTMLDivElement;
     page: {
@@ -13,12 +16,8 @@ export declare class SceneLayers {
      * @param {boolean} isHosted whether the canvas is the page's own, and lies where it is
      */
     constructor(view: Pick<SceneView, "renderer" | "scene" | "camera" | "software">, isHosted: boolean);
-    /** Whether what is seen is mirrored. */
-    get mirrored(): boolean;
-    /** @param {boolean} mirrored */
-    set mirrored(mirrored: boolean);
-    /** Shows a frame from the next drawing on; it is kept until there is another. @param {TrackedFrame} tracked */
-    show(tracked: TrackedFrame): void;
+    /** @param {boolean} isMirrored whether what is seen is mirrored */
+    mirror(isMirrored: boolean): void;
     /**
      * Draws the scene, whose camera has the intrinsics of the frame.
      *
