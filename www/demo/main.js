@@ -29,8 +29,6 @@ const REMEDIES = {
   edit: ["Change this one", () => own.edit()],
   scan: ["Choose another scan", () => part("#scan-file").click()],
 };
-/** What the arrow keys move the object by, of the print's sides. @type {Readonly<Record<string, [number, number]>>} */
-const OBJECT_STEPS = { ArrowLeft: [-0.04, 0], ArrowRight: [0.04, 0], ArrowUp: [0, -0.04], ArrowDown: [0, 0.04] };
 const TITLES = { start: document.title, own: "Your own picture – DeepSfT", live: "Live – DeepSfT" };
 /** What has the focus first in each view. */
 const FOCUSED = { start: "#choose-picture", own: "#own", live: "#back" };
@@ -330,16 +328,6 @@ part("#notice-close").addEventListener("click", () => (view.notice.hidden = true
 part(".controls").addEventListener("change", showChoice);
 part("#hud-toggle").addEventListener("click", () => openHud(view.hud.hidden !== false));
 part("#forget").addEventListener("click", () => stream?.calibrate(view.video.videoWidth, view.video.videoHeight, null));
-view.stage.addEventListener("click", ({ clientX, clientY }) => {
-  const { left, top, width, height } = view.stage.getBoundingClientRect();
-  live?.overlays?.placeObjectAt((clientX - left) / width, (clientY - top) / height);
-});
-view.stage.addEventListener("keydown", (event) => {
-  const step = OBJECT_STEPS[event.key];
-  if (!step || choice.overlay !== "object") return;
-  event.preventDefault();
-  live?.overlays?.moveObject(...step);
-});
 addEventListener("dragover", (event) => event.preventDefault());
 addEventListener("drop", (event) => {
   event.preventDefault();

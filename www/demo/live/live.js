@@ -38,7 +38,7 @@ export class Live {
   /** The scene that is shown. @type {SceneView | null} */
   view = null;
   /** What is drawn on its sheet. @type {Overlays | null} */
-  overlays = null;
+  #overlays = null;
   /** @type {TrackedFrame | null} the newest */
   #frame = null;
   /** When the tracker last had the sheet, or began to look for it, milliseconds. */
@@ -79,12 +79,12 @@ export class Live {
     this.#trackedAt = performance.now();
     // The panels then do without blurred glass.
     part("#live").dataset.software = String(view.software);
-    this.overlays = new Overlays(view, target);
-    this.overlays.show(this.#choice);
+    this.#overlays = new Overlays(view, target, this.#container, signal);
+    this.#overlays.show(this.#choice);
     signal.addEventListener("abort", () => this.#end());
     view.addEventListener("frame", ({ detail: { frame } }) => {
       if (frame !== this.#frame) this.#take(frame, view, subject);
-      this.overlays?.animate();
+      this.#overlays?.animate();
     });
     const failed = new Promise((_, reject) => view.addEventListener("error", ({ detail }) => reject(detail.error)));
     await Promise.race([ended, failed]);
@@ -92,14 +92,14 @@ export class Live {
 
   /** Draws what was chosen anew. */
   refresh() {
-    this.overlays?.show(this.#choice);
+    this.#overlays?.show(this.#choice);
     this.#showScale();
     if (this.#frame?.mesh) this.#orbit?.show(this.#frame.mesh);
   }
 
   #end() {
-    this.overlays?.dispose();
-    [this.view, this.overlays, this.#frame, this.#range] = [null, null, null, null];
+    this.#overlays?.dispose();
+    [this.view, this.#overlays, this.#frame, this.#range] = [null, null, null, null];
     this.#orbit?.reset();
     this.#measures.reset();
     this.#region.hidden = true;
@@ -124,7 +124,7 @@ export class Live {
       this.#orbit?.show(mesh);
     }
     const range = this.#range ?? { near: 0, far: 1 };
-    this.overlays?.follow(mesh, { ...range, step: depthTicks(range, 9).step });
+    this.#overlays?.follow(mesh, { ...range, step: depthTicks(range, 9).step });
     this.#showScale();
     this.#placeRegion(view, camera);
     if (this.#isPhotograph) this.#hud.showMesh(mesh !== null);
