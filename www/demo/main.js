@@ -37,18 +37,13 @@ const SOURCE_WORDS = { camera: "Camera", clip: "Clip, synthetic", image: "Image"
 
 const view = {
   live: part("#live"),
-  own: part("#own"),
   hero: part("#hero", HTMLVideoElement),
   video: part("#video", HTMLVideoElement),
   loading: part("#loading"),
   loadingText: part("#loading-text"),
-  loadingFigures: part("#loading-figures"),
   loadingBar: part("#loading-bar", HTMLProgressElement),
   message: part("#message", HTMLDialogElement),
-  notice: part("#notice"),
-  sourceLabel: part("#source-label"),
   stage: part("#stage"),
-  hud: part("#hud"),
   imageFile: part("#image-file", HTMLInputElement),
 };
 
@@ -58,7 +53,7 @@ const shots = new ShotButtons(() => live?.view ?? null, (error) =>
   say(`This could not be kept: ${error instanceof Error ? error.message : error}`),
 );
 const cameras = new CameraSwitch(
-  (name) => (view.sourceLabel.textContent = name || SOURCE_WORDS.camera),
+  (name) => (part("#source-label").textContent = name || SOURCE_WORDS.camera),
   (error, name) => say(`${name} does not open. ${error instanceof Error ? error.message : error}`),
 );
 /** @type {Live | null} */
@@ -98,7 +93,7 @@ function showView(name) {
   const before = document.body.dataset.view;
   document.body.dataset.view = name;
   view.live.hidden = name !== "live";
-  view.own.hidden = name !== "own";
+  part("#own").hidden = name !== "own";
   document.title = TITLES[name];
   if (name !== "own") own.close();
   if (name === "start" && !prefersStillness()) view.hero.play().catch(() => undefined);
@@ -138,7 +133,7 @@ function showProgress({ phase, loadedBytes, totalBytes }) {
   const words = `Fetching the ${what}`;
   // What is the same is not read out again.
   if (view.loadingText.textContent !== words) view.loadingText.textContent = words;
-  view.loadingFigures.textContent = `· ${megabytes(loadedBytes)}${totalBytes ? ` of ${megabytes(totalBytes)}` : ""} MB`;
+  part("#loading-figures").textContent = `· ${megabytes(loadedBytes)}${totalBytes ? ` of ${megabytes(totalBytes)}` : ""} MB`;
   if (totalBytes) view.loadingBar.value = loadedBytes / totalBytes;
   else view.loadingBar.removeAttribute("value");
 }
@@ -146,7 +141,7 @@ function showProgress({ phase, loadedBytes, totalBytes }) {
 /** @param {string} words */
 function showWaiting(words) {
   view.loadingText.textContent = words;
-  view.loadingFigures.textContent = "";
+  part("#loading-figures").textContent = "";
   view.loadingBar.removeAttribute("value");
 }
 
@@ -167,7 +162,7 @@ async function readySubject(signal) {
 
 /** @param {string} words shown over the picture until closed; empty for none */
 function say(words) {
-  view.notice.hidden = words === "";
+  part("#notice").hidden = words === "";
   part("#notice-text").textContent = words;
 }
 
@@ -179,7 +174,7 @@ function say(words) {
  */
 async function enterLive(kind, run) {
   retry = () => void enterLive(kind, run);
-  view.sourceLabel.textContent = SOURCE_WORDS[kind];
+  part("#source-label").textContent = SOURCE_WORDS[kind];
   view.loading.hidden = false;
   view.loadingText.textContent = kind === "camera" ? "Asking for the camera" : "Starting";
   Object.assign(view.live.dataset, { source: kind, subject: subjects.kind });
@@ -298,7 +293,7 @@ function showChoice() {
 
 /** @param {boolean} open */
 function openHud(open) {
-  view.hud.hidden = !open;
+  part("#hud").hidden = !open;
   part("#hud-toggle").setAttribute("aria-expanded", String(open));
 }
 
@@ -324,9 +319,9 @@ addEventListener("popstate", () => {
   else if (isAway) leave();
   isReturning = false;
 });
-part("#notice-close").addEventListener("click", () => (view.notice.hidden = true));
+part("#notice-close").addEventListener("click", () => (part("#notice").hidden = true));
 part(".controls").addEventListener("change", showChoice);
-part("#hud-toggle").addEventListener("click", () => openHud(view.hud.hidden !== false));
+part("#hud-toggle").addEventListener("click", () => openHud(part("#hud").hidden !== false));
 part("#forget").addEventListener("click", () => stream?.calibrate(view.video.videoWidth, view.video.videoHeight, null));
 addEventListener("dragover", (event) => event.preventDefault());
 addEventListener("drop", (event) => {
