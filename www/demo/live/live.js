@@ -72,7 +72,15 @@ export class Live {
     this.#hud.showSubject(subject);
     this.#orbit?.setTemplate(target);
     const ended = new Promise((resolve) => signal.addEventListener("abort", resolve));
-    const onEstimate = (/** @type {Estimate} */ estimate) => this.#takeEstimate(estimate, subject);
+    const onEstimate = (/** @type {Estimate} */ estimate) => {
+      // For those who script the page, as below.
+      document.dispatchEvent(Object.assign(new Event("deepsft-estimate"), { estimate }));
+      this.#onShown();
+      // After a lost GPU the engine may run elsewhere.
+      this.#hud.showEngine(subject);
+      if (this.#isPhotograph) this.#hud.showEstimate(estimate, this.view?.drawMs ?? 0);
+      else this.#hud.showAnswer(estimate, this.#frame?.found ?? false, this.#frame?.networkFps ?? 0);
+    };
     const shown = { sft, targets: [target], fit: MAX_CUT, screens: /** @type {const} */ (false), sound: false, smooth: false, onEstimate };
     const view = await start(this.#container, { ...shown, ...options, signal });
     this.view = view;
@@ -116,7 +124,6 @@ export class Live {
     const now = performance.now();
     const { mesh, camera } = tracked;
     this.#frame = tracked;
-    // For those who script the page, as below.
     document.dispatchEvent(Object.assign(new Event("deepsft-tracked"), { tracked }));
     if (mesh) {
       this.#trackedAt = now;
@@ -135,17 +142,6 @@ export class Live {
     this.#measures.show(mesh, camera, this.#isPhotograph, { bend: kind !== "tube", distance: hasSize });
     // Else the network's first answer is waited for.
     if (kind === "picture") this.#onShown();
-  }
-
-  /** @param {Estimate} estimate @param {Subject} subject */
-  #takeEstimate(estimate, subject) {
-    document.dispatchEvent(Object.assign(new Event("deepsft-estimate"), { estimate }));
-    this.#onShown();
-    // After a lost GPU the engine may run elsewhere.
-    this.#hud.showEngine(subject);
-    const frame = this.#frame;
-    if (this.#isPhotograph) this.#hud.showEstimate(estimate, this.view?.drawMs ?? 0);
-    else this.#hud.showAnswer(estimate, frame?.found ?? false, frame?.networkFps ?? 0);
   }
 
   /** @param {SurfaceMesh} mesh */
