@@ -1,4 +1,4 @@
-/** Is seen while a film has sound. */
+/** Is there once a film has sound. */
 export declare class SoundButton {
     #private;
     /** @param {HTMLElement} element that it is laid over */
