@@ -55,7 +55,7 @@ try {
       const view = await start(container, { sft, source: frames(), camera, screens: false, sound: false, smooth: true });
       // The whole picture by WebGL, smooth.
       view.software = false;
-      const overlays = new Overlays(view, sft.targets[0]);
+      const overlays = new Overlays(view, sft.targets[0], container, new AbortController().signal);
       let [number, last] = [0, null];
       await new Promise((resolve) =>
         view.addEventListener("frame", ({ detail: { frame } }) => {

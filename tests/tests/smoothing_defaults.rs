@@ -15,7 +15,7 @@ fn number_after(text: &str, before: &str) -> f64 {
 fn javascript_and_rust_have_the_same_defaults_of_the_one_euro_filter() {
     let www = concat!(env!("CARGO_MANIFEST_DIR"), "/../www/src");
     let read = |file: &str| std::fs::read_to_string(format!("{www}/{file}")).expect(file);
-    let documented = read("tracking/tracker-worker.js");
+    let documented = read("tracking/tracker-host.js");
     let defaults = OneEuroOptions::default();
     assert_eq!(
         number_after(&documented, "`minCutoff` (Hz, default "),

@@ -4,7 +4,7 @@ import { fetchBundle } from "../src/engine/bundle.js";
 import { compileEngine } from "../src/engine/engine-worker.js";
 import { CANONICAL_HEIGHT, CANONICAL_WIDTH, DeepSft } from "../src/index.js";
 import { intrinsicsOf } from "../src/camera/intrinsics.js";
-import { TrackerWorker } from "../src/tracking/tracker-worker.js";
+import { WorkerCalls } from "../src/engine/worker-calls.js";
 
 /** Turns before the measured ones. */
 const WARM_UP = 3;
@@ -137,15 +137,15 @@ async function measureMesh(sft, camera) {
     compileEngine(new URL("/dist/deepsft_web_bg.wasm", location.href), {}),
     fetchBundle(new URL("/bench-model/", location.href), {}),
   ]);
-  const tracker = new TrackerWorker();
+  const tracker = new WorkerCalls();
   try {
-    await tracker.start({ module, targets: [{ id: 0, source: { kind: "model", files } }], smooth: null });
+    await tracker.call("startTracker", { module, targets: [{ id: 0, source: { kind: "model", files } }], smooth: null });
     const intrinsics = intrinsicsOf({ ...camera, distortion: [0, 0, 0, 0, 0] });
     const question = { ids: [0], onlyConfirms: false };
     const follow = (timeS, k, asked) =>
-      tracker.follow({ timeS, afresh: timeS === 0, frame: copy(clip[k]), intrinsics, question: asked ? question : null });
+      tracker.call("follow", { timeS, afresh: timeS === 0, frame: copy(clip[k]), intrinsics, question: asked ? question : null });
     const answer = (vertices) =>
-      tracker.answer({ answers: [{ id: 0, sightings: [vertices.slice()] }], tookMs: 0, sinceMissedMs: Infinity });
+      tracker.call("answer", { answers: [{ id: 0, sightings: [vertices.slice()] }], tookMs: 0, sinceMissedMs: Infinity });
     for (const k of numbers) {
       await follow(0, k, true);
       const { effects: [{ effect }], answerMs } = await answer(answers[k]);

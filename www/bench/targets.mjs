@@ -70,10 +70,10 @@ async function measureAdding([poster, shapes, added]) {
 
 /** On the page: an engine of its own that nothing else uses, and the frames. */
 async function startFinding(frames) {
-  const { EngineWorker, compileEngine } = await import("/src/engine/engine-worker.js");
+  const [{ WorkerCalls }, { compileEngine }] = await Promise.all(["worker-calls", "engine-worker"].map((name) => import(`/src/engine/${name}.js`)));
   const module = await compileEngine(new URL("/dist/deepsft_web_bg.wasm", location.href));
-  const worker = new EngineWorker();
-  await worker.start({ module, files: null, device: "cpu" });
+  const worker = new WorkerCalls();
+  await worker.call("start", { module, files: null, device: "cpu" });
   const pixelsOf = async (frame) => {
     const bitmap = await createImageBitmap(blobOf(frame));
     const context = new OffscreenCanvas(bitmap.width, bitmap.height).getContext("2d");
@@ -87,7 +87,7 @@ async function startFinding(frames) {
 async function addTargets([pictures, widthsMm]) {
   const { pictureSource } = await import("/src/targets/target-source.js");
   for (const [i, picture] of pictures.entries())
-    await engine.addTarget({ id: ++added, source: await pictureSource(blobOf(picture), { widthMm: widthsMm[i] }) });
+    await engine.call("addTarget", { id: ++added, source: await pictureSource(blobOf(picture), { widthMm: widthsMm[i] }) });
 }
 
 /** On the page: looks for all of them, or for those with the numbers `ids`, in every frame. */
@@ -102,7 +102,7 @@ async function measureFinding([camera, warmUp, ids]) {
   for (const [i, { data, width, height }] of [...frames.slice(0, warmUp), ...frames].entries()) {
     const frame = new ImageData(new Uint8ClampedArray(data), width, height);
     const began = performance.now();
-    const { answers } = await engine.find({ ids: all, estimated: false, frame, intrinsics, focal });
+    const { answers } = await engine.call("find", { ids: all, estimated: false, frame, intrinsics, focal });
     if (i < warmUp) continue;
     times.push(performance.now() - began);
     found += answers.filter(({ sightings }) => sightings.length > 0).length;

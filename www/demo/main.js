@@ -29,8 +29,6 @@ const REMEDIES = {
   edit: ["Change this one", () => own.edit()],
   scan: ["Choose another scan", () => part("#scan-file").click()],
 };
-/** What the arrow keys move the object by, of the print's sides. @type {Readonly<Record<string, [number, number]>>} */
-const OBJECT_STEPS = { ArrowLeft: [-0.04, 0], ArrowRight: [0.04, 0], ArrowUp: [0, -0.04], ArrowDown: [0, 0.04] };
 const TITLES = { start: document.title, own: "Your own picture – DeepSfT", live: "Live – DeepSfT" };
 /** What has the focus first in each view. */
 const FOCUSED = { start: "#choose-picture", own: "#own", live: "#back" };
@@ -39,29 +37,23 @@ const SOURCE_WORDS = { camera: "Camera", clip: "Clip, synthetic", image: "Image"
 
 const view = {
   live: part("#live"),
-  own: part("#own"),
   hero: part("#hero", HTMLVideoElement),
   video: part("#video", HTMLVideoElement),
   loading: part("#loading"),
   loadingText: part("#loading-text"),
-  loadingFigures: part("#loading-figures"),
   loadingBar: part("#loading-bar", HTMLProgressElement),
   message: part("#message", HTMLDialogElement),
-  notice: part("#notice"),
-  sourceLabel: part("#source-label"),
   stage: part("#stage"),
-  hud: part("#hud"),
   imageFile: part("#image-file", HTMLInputElement),
 };
 
 const hud = new Hud();
 const takeNewVersion = workOffline();
-const shots = new ShotButtons(part("#shots"), () => live?.view ?? null, (error) =>
+const shots = new ShotButtons(() => live?.view ?? null, (error) =>
   say(`This could not be kept: ${error instanceof Error ? error.message : error}`),
 );
 const cameras = new CameraSwitch(
-  part("#cameras"),
-  (name) => (view.sourceLabel.textContent = name || SOURCE_WORDS.camera),
+  (name) => (part("#source-label").textContent = name || SOURCE_WORDS.camera),
   (error, name) => say(`${name} does not open. ${error instanceof Error ? error.message : error}`),
 );
 /** @type {Live | null} */
@@ -82,15 +74,11 @@ let isReturning = false;
 /** @type {() => void} what "Try again" does */
 let retry = () => undefined;
 
-const own = new OwnPicture(view.own, {
-  show() {
-    leaveLive();
-    view.message.close();
-    showView("own");
-  },
-  leave: () => showView("start"),
+const own = new OwnPicture({
+  show: () => showView("own"),
+  leave,
   use(picture, use) {
-    subjects.choose(picture);
+    subjects.chosen = picture;
     if (use === "image") view.imageFile.click();
     else startVideo("camera");
   },
@@ -100,10 +88,12 @@ const own = new OwnPicture(view.own, {
 
 /** @param {"start" | "own" | "live"} name */
 function showView(name) {
+  leaveLive();
+  view.message.close();
   const before = document.body.dataset.view;
   document.body.dataset.view = name;
   view.live.hidden = name !== "live";
-  view.own.hidden = name !== "own";
+  part("#own").hidden = name !== "own";
   document.title = TITLES[name];
   if (name !== "own") own.close();
   if (name === "start" && !prefersStillness()) view.hero.play().catch(() => undefined);
@@ -132,8 +122,6 @@ function addressOf(name) {
 
 /** Back to the start screen. */
 function leave() {
-  leaveLive();
-  view.message.close();
   showView("start");
 }
 
@@ -145,7 +133,7 @@ function showProgress({ phase, loadedBytes, totalBytes }) {
   const words = `Fetching the ${what}`;
   // What is the same is not read out again.
   if (view.loadingText.textContent !== words) view.loadingText.textContent = words;
-  view.loadingFigures.textContent = `· ${megabytes(loadedBytes)}${totalBytes ? ` of ${megabytes(totalBytes)}` : ""} MB`;
+  part("#loading-figures").textContent = `· ${megabytes(loadedBytes)}${totalBytes ? ` of ${megabytes(totalBytes)}` : ""} MB`;
   if (totalBytes) view.loadingBar.value = loadedBytes / totalBytes;
   else view.loadingBar.removeAttribute("value");
 }
@@ -153,7 +141,7 @@ function showProgress({ phase, loadedBytes, totalBytes }) {
 /** @param {string} words */
 function showWaiting(words) {
   view.loadingText.textContent = words;
-  view.loadingFigures.textContent = "";
+  part("#loading-figures").textContent = "";
   view.loadingBar.removeAttribute("value");
 }
 
@@ -174,7 +162,7 @@ async function readySubject(signal) {
 
 /** @param {string} words shown over the picture until closed; empty for none */
 function say(words) {
-  view.notice.hidden = words === "";
+  part("#notice").hidden = words === "";
   part("#notice-text").textContent = words;
 }
 
@@ -185,17 +173,14 @@ function say(words) {
  * @param {(signal: AbortSignal) => Promise<void>} run ends with the signal
  */
 async function enterLive(kind, run) {
-  leaveLive();
-  const { signal } = (leaving = new AbortController());
   retry = () => void enterLive(kind, run);
-  view.message.close();
-  view.sourceLabel.textContent = SOURCE_WORDS[kind];
+  part("#source-label").textContent = SOURCE_WORDS[kind];
   view.loading.hidden = false;
   view.loadingText.textContent = kind === "camera" ? "Asking for the camera" : "Starting";
-  view.live.dataset.source = kind;
-  view.live.dataset.subject = subjects.kind;
+  Object.assign(view.live.dataset, { source: kind, subject: subjects.kind });
   hud.reset();
   showView("live");
+  const { signal } = (leaving = new AbortController());
   try {
     await run(signal);
   } catch (error) {
@@ -206,7 +191,7 @@ async function enterLive(kind, run) {
 /** The live view. It is fetched, with three.js, when it is first wanted. */
 async function liveView() {
   const { Live } = await import("./live/live.js");
-  live ??= new Live(view.stage, hud, choice, () => (view.loading.hidden = stream?.interrupted !== true));
+  live ??= new Live(hud, choice, () => (view.loading.hidden = stream?.interrupted !== true));
   return live;
 }
 
@@ -308,20 +293,20 @@ function showChoice() {
 
 /** @param {boolean} open */
 function openHud(open) {
-  view.hud.hidden = !open;
+  part("#hud").hidden = !open;
   part("#hud-toggle").setAttribute("aria-expanded", String(open));
 }
 
 for (const [button, subject] of /** @type {const} */ ([["#use-camera", "poster"], ["#use-tube", "tube"]])) {
   part(button).addEventListener("click", () => {
-    subjects.choose(subject);
+    subjects.chosen = subject;
     startVideo("camera");
   });
 }
 part("#use-clip").addEventListener("click", startClip);
 part("#use-screen").addEventListener("click", async () => (await import("./screen.js")).showOnScreen());
 part("#use-image").addEventListener("click", () => {
-  subjects.choose("poster");
+  subjects.chosen = "poster";
   view.imageFile.click();
 });
 onChosen(view.imageFile, ([file]) => startImage(file));
@@ -334,20 +319,10 @@ addEventListener("popstate", () => {
   else if (isAway) leave();
   isReturning = false;
 });
-part("#notice-close").addEventListener("click", () => (view.notice.hidden = true));
+part("#notice-close").addEventListener("click", () => (part("#notice").hidden = true));
 part(".controls").addEventListener("change", showChoice);
-part("#hud-toggle").addEventListener("click", () => openHud(view.hud.hidden !== false));
+part("#hud-toggle").addEventListener("click", () => openHud(part("#hud").hidden !== false));
 part("#forget").addEventListener("click", () => stream?.calibrate(view.video.videoWidth, view.video.videoHeight, null));
-view.stage.addEventListener("click", ({ clientX, clientY }) => {
-  const { left, top, width, height } = view.stage.getBoundingClientRect();
-  live?.overlays?.placeObjectAt((clientX - left) / width, (clientY - top) / height);
-});
-view.stage.addEventListener("keydown", (event) => {
-  const step = OBJECT_STEPS[event.key];
-  if (!step || choice.overlay !== "object") return;
-  event.preventDefault();
-  live?.overlays?.moveObject(...step);
-});
 addEventListener("dragover", (event) => event.preventDefault());
 addEventListener("drop", (event) => {
   event.preventDefault();

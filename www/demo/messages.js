@@ -18,9 +18,6 @@ export class PictureError extends Error {
   }
 }
 
-/** Remedies while a person's own picture is looked for, which no clip shows. @type {Partial<Record<Remedy, Remedy>>} */
-const FOR_OWN_PICTURE = { clip: "picture" };
-
 /**
  * What the page says of an error, and what can be done.
  *
@@ -35,5 +32,6 @@ export function messageFor(error, ownPicture) {
   const [message] = [code, "internal"].flatMap((code) => content.querySelector(`[data-code="${code}"]`) ?? []);
   const [title, advice] = [...message.children].map(({ textContent }) => textContent?.replace("{reason}", () => detail) ?? "");
   const remedies = /** @type {Remedy[]} */ (message.getAttribute("data-remedies")?.split(" "));
-  return { title, advice, remedies: ownPicture ? remedies.map((remedy) => FOR_OWN_PICTURE[remedy] ?? remedy) : remedies, code, detail };
+  // No clip shows a person's own picture.
+  return { title, advice, remedies: remedies.map((remedy) => (ownPicture && remedy === "clip" ? "picture" : remedy)), code, detail };
 }

@@ -3,7 +3,7 @@
 import { DeepSft } from "deepsft";
 import { VERSION } from "./offline/version.js";
 
-/** @import { LoadOptions, LoadProgress, Target } from "deepsft" */
+/** @import { LoadProgress, Target } from "deepsft" */
 /** @import { ReadyPicture } from "./own/picture-editor.js" */
 
 /**
@@ -38,8 +38,8 @@ export class Subjects {
   #engines = new Map();
   /** The first of them that was there. @type {DeepSft | null} */
   #loaded = null;
-  /** @type {SoughtPicture | Ours} */
-  #chosen = "poster";
+  /** What is looked for next. @type {SoughtPicture | Ours} */
+  chosen = "poster";
   /** The picture that an engine knows. @type {{ picture: SoughtPicture, subject: Promise<Subject> } | null} */
   #known = null;
 
@@ -53,27 +53,22 @@ export class Subjects {
   }
 
   get kind() {
-    return typeof this.#chosen === "string" ? this.#chosen : "picture";
+    return typeof this.chosen === "string" ? this.chosen : "picture";
   }
 
   /** Whether it is the person's own picture. */
   get isOwn() {
-    return this.kind === "picture" && this.#chosen !== CLIP_PICTURE;
-  }
-
-  /** @param {ReadyPicture | Ours} subject */
-  choose(subject) {
-    this.#chosen = subject;
+    return this.kind === "picture" && this.chosen !== CLIP_PICTURE;
   }
 
   /** What the clip shows. */
   chooseClip() {
-    this.#chosen = parameters.has("model") ? "poster" : CLIP_PICTURE;
+    this.chosen = parameters.has("model") ? "poster" : CLIP_PICTURE;
   }
 
   /** What was chosen, once an engine knows it. */
   async ready() {
-    const chosen = this.#chosen;
+    const chosen = this.chosen;
     if (typeof chosen === "string") {
       const sft = await this.#engine((chosen === "poster" && parameters.get("model")) || MODELS[chosen]);
       // The model's own target comes first.
@@ -93,8 +88,7 @@ export class Subjects {
    * @param {File[]} files
    */
   async readScan(files) {
-    const sft = await this.#anyEngine();
-    return sft.readScan(files);
+    return (await this.#anyEngine()).readScan(files);
   }
 
   /** One engine does for all, if one is there already. One that still loads a model, or fails to, is not waited for. */
@@ -112,7 +106,7 @@ export class Subjects {
     const old = await before?.catch(() => undefined);
     old?.sft.removeTarget(old.target);
     const sft = await this.#anyEngine();
-    if (this.#chosen === picture) this.#onLearning();
+    if (this.chosen === picture) this.#onLearning();
     return { kind: "picture", sft, target: await sft.addPicture(canvas, { widthMm, name }), hasSize };
   }
 
@@ -126,7 +120,9 @@ export class Subjects {
     if (known) return known;
     // The site's service worker keeps our own already.
     const keep = VERSION === null || model !== MODELS.poster;
-    const loading = DeepSft.load(model === "" ? undefined : model, { device: wantedDevice(), keep, onProgress: this.#onProgress });
+    const wanted = parameters.get("device");
+    const device = wanted === "webgpu" || wanted === "cpu" ? wanted : "auto";
+    const loading = DeepSft.load(model === "" ? undefined : model, { device, keep, onProgress: this.#onProgress });
     this.#engines.set(model, loading);
     loading.then(
       (sft) => (this.#loaded ??= sft),
@@ -134,10 +130,4 @@ export class Subjects {
     );
     return loading;
   }
-}
-
-/** @returns {LoadOptions["device"]} */
-function wantedDevice() {
-  const device = parameters.get("device");
-  return device === "webgpu" || device === "cpu" ? device : "auto";
 }

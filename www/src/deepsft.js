@@ -3,28 +3,20 @@
 import { folderOf, isAddress } from "./address.js";
 import { bundleFiles, fetchBundle } from "./engine/bundle.js";
 import { compileEngine } from "./engine/engine-worker.js";
-import { LastingEngine, closedError } from "./engine/lasting-engine.js";
+import { LastingEngine, closedError, startEngine } from "./engine/lasting-engine.js";
 import { requireBrowser } from "./engine/requirements.js";
+import { WorkerCalls } from "./engine/worker-calls.js";
 import { DeepSftError } from "./error.js";
 import { FrameRequests } from "./frame-requests.js";
 import { Scan, scanFiles } from "./targets/scan.js";
 import { isSamePicture, pictureSource, templateSource, unusable } from "./targets/target-source.js";
-import { Target, unknownTarget } from "./targets/target.js";
-import { LastingTracker } from "./tracking/lasting-tracker.js";
+import { MODEL_TARGET, Target, unknownTarget } from "./targets/target.js";
 import { Session } from "./tracking/session.js";
-import { TrackerWorker } from "./tracking/tracker-worker.js";
 
-/** @import { EstimateOptions, FlatPrint, FlattenOptions } from "./frame-requests.js" */
-/** @import { Estimate } from "./results/estimate.js" */
-/** @import { LoadProgress, ModelInput } from "./engine/bundle.js" */
-/** @import { StartPlan } from "./engine/lasting-engine.js" */
-/** @import { ImageInput } from "./frames/image-input.js" */
-/** @import { CameraOption } from "./camera/intrinsics.js" */
-/** @import { ScanInput } from "./targets/scan.js" */
-/** @import { TargetKind } from "./targets/target.js" */
-/** @import { TargetSource, TemplateInput } from "./targets/target-source.js" */
-/** @import { FrameSource, Question } from "./tracking/session.js" */
-/** @import { Smoothing } from "./tracking/tracker-worker.js" */
+/** @import { CameraOption, Estimate, EstimateOptions, FlatPrint, FlattenOptions, FrameSource, ImageInput, LoadProgress, ScanInput, Smoothing, TargetKind, TemplateInput } from "./index.js" */
+/** @import { ModelInput } from "./engine/bundle.js" */
+/** @import { TargetSource } from "./targets/target-source.js" */
+/** @import { Question } from "./tracking/session.js" */
 
 /**
  * @typedef {object} LoadOptions
@@ -70,24 +62,15 @@ import { TrackerWorker } from "./tracking/tracker-worker.js";
  *   of its frame, and owns it: call its `close()` when done
  */
 
-/** What of a model's files the tracker needs. */
-const MODEL_FILE = "model.json";
-const TEMPLATE_FOLDER = "template/";
-
-/** Number of the model's target. */
-const MODEL_TARGET = 0;
-
 const WASM_NAME = "deepsft_web_bg.wasm";
 /** Bundlers know only this form. */
 const WASM_URL = new URL("../dist/deepsft_web_bg.wasm", import.meta.url);
 
 /** Shape from template on a worker of its own. */
 export class DeepSft {
-  /** @type {StartPlan} */
-  #plan;
   #engine;
   #requests;
-  /** By number, with what they were made of. @type {Map<number, { target: Target, source: TargetSource }>} */
+  /** By number. @type {Map<number, Target>} */
   #targets = new Map();
   #lastTarget = MODEL_TARGET;
   /** Those that run, and whether they follow all there is. @type {Map<Session, boolean>} */
@@ -96,19 +79,12 @@ export class DeepSft {
   /**
    * Use {@link DeepSft.load}.
    *
-   * @param {StartPlan} plan
    * @param {LastingEngine} engine
    */
-  constructor(plan, engine) {
-    this.#plan = plan;
+  constructor(engine) {
     this.#engine = engine;
     this.#requests = new FrameRequests(engine, (target) => this.#chosen(target));
-    const { files } = plan.request;
-    if (!engine.model || !files) return;
-    const target = new Target(MODEL_TARGET, engine.info.modelName ?? "", "model", engine.model);
-    const isNeeded = (/** @type {string} */ name) => name === MODEL_FILE || name.startsWith(TEMPLATE_FOLDER);
-    const source = { kind: /** @type {const} */ ("model"), files: new Map([...files].filter(([name]) => isNeeded(name))) };
-    this.#targets.set(MODEL_TARGET, { target, source });
+    if (engine.model) this.#targets.set(MODEL_TARGET, new Target(MODEL_TARGET, engine.info.modelName ?? "", "model", engine.model));
   }
 
   /**
@@ -138,7 +114,7 @@ export class DeepSft {
       workerUrl: dist ? new URL("worker.js", dist) : undefined,
       timeoutMs,
     };
-    return new DeepSft(plan, await LastingEngine.start(plan, signal));
+    return new DeepSft(new LastingEngine(plan, await startEngine(plan, signal)));
   }
 
   /** What runs the network, and where. Without a model: what looks for pictures. */
@@ -152,7 +128,7 @@ export class DeepSft {
    * @returns {Target[]}
    */
   get targets() {
-    return [...this.#targets.values()].map(({ target }) => target);
+    return [...this.#targets.values()];
   }
 
   /**
@@ -169,7 +145,9 @@ export class DeepSft {
    */
   async addPicture(image, options = {}) {
     const source = await pictureSource(image, options);
-    return this.#addTarget("picture", options.name ?? nameOf(image), source, options.signal);
+    const [, inAddress] = (isAddress(image) && /([^/?#]+)\/?(?:[?#].*)?$/.exec(String(image))) || [];
+    const fileName = image instanceof File ? image.name : inAddress;
+    return this.#addTarget("picture", options.name ?? fileName ?? "picture", source, options.signal);
   }
 
   /**
@@ -194,7 +172,7 @@ export class DeepSft {
    */
   async readScan(input, { mmPerUnit } = {}) {
     const files = await scanFiles(input);
-    return new Scan(await this.#engine.run((worker) => worker.readScan({ files, mmPerUnit })), files);
+    return new Scan(await this.#engine.run((worker) => worker.call("readScan", { files, mmPerUnit })), files);
   }
 
   /**
@@ -244,12 +222,13 @@ export class DeepSft {
   async #addTarget(kind, name, source, signal) {
     const refuseTwins = () => {
       signal?.throwIfAborted();
-      const twin = [...this.#targets.values()].find((known) => isSamePicture(known.source, source));
-      if (twin) throw unusable(`This picture is a target already ("${twin.target.name}"): the two could not be told apart.`);
+      const twin = this.targets.find(({ id }) => isSamePicture(this.#engine.sources.get(id), source));
+      if (twin) throw unusable(`This picture is a target already ("${twin.name}"): the two could not be told apart.`);
     };
     refuseTwins();
     const id = ++this.#lastTarget;
-    const description = await this.#engine.addTarget(id, source);
+    const description = await this.#engine.run((worker) => worker.call("addTarget", { id, source }));
+    this.#engine.sources.set(id, source);
     try {
       refuseTwins();
     } catch (error) {
@@ -258,10 +237,10 @@ export class DeepSft {
     }
     const target = new Target(id, name, kind, description, source.kind !== "picture" || source.hasSize);
     for (const { id, share } of description.alike.sort((a, b) => b.share - a.share)) {
-      const other = this.#targets.get(id)?.target;
+      const other = this.#targets.get(id);
       if (other) target.alike.push({ target: other, share });
     }
-    this.#targets.set(id, { target, source });
+    this.#targets.set(id, target);
     for (const [session, followsAll] of this.#sessions) if (followsAll) session.addTarget(target);
     return target;
   }
@@ -274,7 +253,7 @@ export class DeepSft {
    */
   #chosen(target) {
     if (target !== undefined) {
-      if (this.#targets.get(target?.id)?.target === target) return target;
+      if (this.#targets.get(target?.id) === target) return target;
       throw unknownTarget("The target was removed, or belongs to another DeepSft.");
     }
     const { targets } = this;
@@ -326,13 +305,13 @@ export class DeepSft {
     signal?.throwIfAborted();
     if (this.#engine.closed) throw closedError();
     const targets = [...new Set(wanted ?? this.targets)].map((target) => this.#chosen(target));
-    const { request, workerUrl, timeoutMs } = this.#plan;
+    const { request, workerUrl, timeoutMs } = this.#engine.plan;
     const session = new Session(source, {
       ...options,
       ...{ targets, signal, module: request.module },
       smooth: smooth === true ? {} : smooth ? checkedSmoothing(smooth) : null,
-      tracker: new LastingTracker(() => new TrackerWorker(workerUrl, timeoutMs)),
-      sourceOf: (target) => ({ id: this.#chosen(target).id, source: /** @type {{ source: TargetSource }} */ (this.#targets.get(target.id)).source }),
+      startTracker: () => new WorkerCalls(workerUrl, timeoutMs),
+      sourceOf: (target) => ({ id: this.#chosen(target).id, source: /** @type {TargetSource} */ (this.#engine.sources.get(target.id)) }),
       find: (/** @type {Question} */ question) => this.#requests.find(question, options.onEstimate !== undefined),
     });
     if (!session.closed) this.#sessions.set(session, wanted === undefined);
@@ -350,17 +329,6 @@ export class DeepSft {
   [Symbol.dispose]() {
     this.close();
   }
-}
-
-/**
- * The name of an image's file.
- *
- * @param {ImageInput} image
- */
-function nameOf(image) {
-  if (typeof File !== "undefined" && image instanceof File) return image.name;
-  if (!isAddress(image)) return "picture";
-  return /([^/?#]+)\/?(?:[?#].*)?$/.exec(String(image))?.[1] ?? "picture";
 }
 
 /**

@@ -75,16 +75,15 @@ export class DeepSftError extends Error {
 
 /**
  * The same error as a `DeepSftError`: one already, one that carries a known `code` (from the worker or the
- * engine), or, for everything else, code `fallback`.
+ * engine), or, for everything else, `internal`.
  *
  * @param {unknown} error
- * @param {DeepSftErrorCode} [fallback]
  */
-export function asDeepSftError(error, fallback = "internal") {
+export function asDeepSftError(error) {
   if (error instanceof DeepSftError) return error;
   const { code, message } = /** @type {{ code?: unknown, message?: unknown }} */ (Object(error));
   const text = typeof message === "string" && message !== "" ? message : String(error);
-  return new DeepSftError(CODES.find((known) => known === code) ?? fallback, text, { cause: error });
+  return new DeepSftError(CODES.find((known) => known === code) ?? "internal", text, { cause: error });
 }
 
 /** @param {unknown} cause the browser's own refusal */

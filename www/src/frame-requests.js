@@ -8,11 +8,10 @@ import { canonicalIntrinsics } from "./frames/canonical-frame.js";
 import { closeFrame, readImage, transferableFrame } from "./frames/image-input.js";
 import { Estimate } from "./results/estimate.js";
 
-/** @import { CameraOption, CameraSource, SourcedCamera } from "./camera/intrinsics.js" */
-/** @import { EngineWorker, MeshRequest, RawAnswer, RawEstimate } from "./engine/engine-worker.js" */
+/** @import { CameraOption, CameraSource, ImageInput, SourcedCamera, Target } from "./index.js" */
+/** @import { EngineWorker, MeshRequest, RawEstimate } from "./engine/engine-worker.js" */
 /** @import { LastingEngine } from "./engine/lasting-engine.js" */
-/** @import { ImageInput, ReadImage } from "./frames/image-input.js" */
-/** @import { Target } from "./targets/target.js" */
+/** @import { ReadImage } from "./frames/image-input.js" */
 /** @import { Question } from "./tracking/session.js" */
 
 /**
@@ -64,12 +63,15 @@ export class FrameRequests {
   /**
    * @param {ImageInput} image
    * @param {EstimateOptions} options
-   * @returns {Promise<Estimate>}
    */
-  async estimate(image, { signal, ...options }) {
+  async estimate(image, { fit = false, signal, ...options }) {
     const began = performance.now();
     const picture = await readImage(image, signal);
-    const wanted = () => (signal?.throwIfAborted(), this.#estimate(picture, options, began));
+    const wanted = async () => {
+      signal?.throwIfAborted();
+      const { answer, ...of } = await this.#ask(picture, options, (worker, request) => worker.call("estimate", { ...request, fit }));
+      return this.#estimateOf(answer, { ...of, began });
+    };
     return unlessAborted(this.#inTurn(wanted), signal, (estimate) => estimate.close());
   }
 
@@ -84,7 +86,7 @@ export class FrameRequests {
     const wanted = async () => {
       signal?.throwIfAborted();
       const columns = Math.round(width);
-      const { answer } = await this.#ask(picture, options, (worker, request) => worker.flatten({ ...request, columns, unshaded }));
+      const { answer } = await this.#ask(picture, options, (worker, request) => worker.call("flatten", { ...request, columns, unshaded }));
       return answer && { image: new ImageData(answer.rgba, answer.width), confidence: answer.confidence };
     };
     return unlessAborted(this.#inTurn(wanted), signal);
@@ -96,8 +98,30 @@ export class FrameRequests {
    * @param {Question} question
    * @param {boolean} estimated whether the network's answer is wanted as an estimate too
    */
-  find(question, estimated) {
-    return this.#inTurn(() => this.#find(question, estimated));
+  find({ ids, frame, canonical, camera, focal }, estimated) {
+    return this.#inTurn(async () => {
+      const began = performance.now();
+      const intrinsics = canonical ? canonicalIntrinsics(camera, focal) : intrinsicsOf(camera);
+      let isKept = false;
+      try {
+        const { answers, estimate: raw } = await this.#engine.run(async (worker) => {
+          const copy = await createImageBitmap(canonical ?? frame);
+          try {
+            return await worker.call("find", { ids, estimated, frame: copy, intrinsics, focal });
+          } catch (error) {
+            copy.close();
+            throw error;
+          }
+        });
+        if (!raw) return { answers, estimate: null };
+        const of = { target: this.#chosen(undefined), camera, grabMs: 0, began };
+        isKept = true;
+        return { answers, estimate: this.#estimateOf({ ...raw, bitmap: frame }, of) };
+      } finally {
+        canonical?.close();
+        if (!isKept) frame.close();
+      }
+    });
   }
 
   /**
@@ -110,16 +134,6 @@ export class FrameRequests {
     const turn = this.#inFlight.then(request);
     this.#inFlight = turn.catch(() => undefined);
     return turn;
-  }
-
-  /**
-   * @param {ReadImage} image
-   * @param {EstimateOptions} options
-   * @param {number} began
-   */
-  async #estimate(image, { fit = false, ...options }, began) {
-    const { answer, ...of } = await this.#ask(image, options, (worker, request) => worker.estimate({ ...request, fit }));
-    return this.#estimateOf(answer, { ...of, began });
   }
 
   /**
@@ -139,7 +153,10 @@ export class FrameRequests {
       const grabMs = performance.now() - grabbing;
       const { frame } = grabbed;
       try {
-        const camera = cameraForFrame(cameraOption ?? (await exifCamera(worker, image, grabbed)), grabbed);
+        const { width, height } = grabbed;
+        const exifFocal = !cameraOption && image instanceof Blob ? await worker.call("exifFocal", { file: image, width, height }) : undefined;
+        const known = exifFocal === undefined ? cameraOption : centredCamera(width, height, exifFocal, "exif");
+        const camera = cameraForFrame(known, grabbed);
         const request = { id: target.id, frame, intrinsics: intrinsicsOf(camera), source: camera.source };
         return { answer: await question(worker, request), target, camera, grabMs };
       } catch (error) {
@@ -147,35 +164,6 @@ export class FrameRequests {
         throw error;
       }
     });
-  }
-
-  /**
-   * @param {Question} question
-   * @param {boolean} estimated whether the network's answer is wanted as an estimate too
-   * @returns {Promise<{ answers: RawAnswer[], estimate: Estimate | null }>}
-   */
-  async #find({ ids, frame, canonical, camera, focal }, estimated) {
-    const began = performance.now();
-    const intrinsics = canonical ? canonicalIntrinsics(camera, focal) : intrinsicsOf(camera);
-    let isKept = false;
-    try {
-      const { answers, estimate: raw } = await this.#engine.run(async (worker) => {
-        const copy = await createImageBitmap(canonical ?? frame);
-        try {
-          return await worker.find({ ids, estimated, frame: copy, intrinsics, focal });
-        } catch (error) {
-          copy.close();
-          throw error;
-        }
-      });
-      if (!raw) return { answers, estimate: null };
-      const of = { target: this.#chosen(undefined), camera, grabMs: 0, began };
-      isKept = true;
-      return { answers, estimate: this.#estimateOf({ ...raw, bitmap: frame }, of) };
-    } finally {
-      canonical?.close();
-      if (!isKept) frame.close();
-    }
   }
 
   /**
@@ -189,32 +177,10 @@ export class FrameRequests {
       fitMs: raw.fitted?.solveMs ?? 0,
       totalMs: performance.now() - began,
     };
-    const makeMesh = (/** @type {MeshRequest} */ maps) => this.#engine.run((worker) => worker.mesh(maps));
-    return new Estimate(raw, raw.told ? toldCamera(camera, raw.told) : camera, times, target, makeMesh);
+    const makeMesh = (/** @type {MeshRequest} */ maps) => this.#engine.run((worker) => worker.call("mesh", maps));
+    if (!raw.told) return new Estimate(raw, camera, times, target, makeMesh);
+    // The sheet has told the camera; the deviation is a fraction of its focal length.
+    const [fx, fy, cx, cy, deviation] = raw.told;
+    return new Estimate(raw, { ...camera, fx, fy, cx, cy, source: "calibrated", spread: deviation * fx }, times, target, makeMesh);
   }
-}
-
-/**
- * A camera after the sheet in its image has told it.
- *
- * @param {SourcedCamera} camera as it was assumed
- * @param {number[]} told fx, fy, cx, cy, pixels, and the standard deviation of fx as a fraction of it
- * @returns {SourcedCamera}
- */
-function toldCamera(camera, [fx, fy, cx, cy, deviation]) {
-  return { ...camera, fx, fy, cx, cy, source: "calibrated", spread: deviation * fx };
-}
-
-/**
- * The camera that the file of a photograph tells of, for the picture as browsers show it, turned upright.
- *
- * @param {EngineWorker} worker
- * @param {ReadImage} image
- * @param {{ width: number, height: number }} size of the image, pixels
- * @returns {Promise<SourcedCamera | undefined>}
- */
-async function exifCamera(worker, image, { width, height }) {
-  if (!(image instanceof Blob)) return undefined;
-  const focal = await worker.exifFocal({ file: image, width, height });
-  return focal === undefined ? undefined : centredCamera(width, height, focal, "exif");
 }

@@ -58,4 +58,4 @@ export { TrackedFrame, TrackedTarget } from "./results/tracked-frame.js";
 /** @typedef {import("./tracking/session.js").FoundFocal} FoundFocal */
 /** @typedef {import("./tracking/session.js").FrameSource} FrameSource */
 /** @typedef {import("./tracking/session.js").SessionEvents} SessionEvents */
-/** @typedef {import("./tracking/tracker-worker.js").Smoothing} Smoothing */
+/** @typedef {import("./tracking/tracker-host.js").Smoothing} Smoothing */

@@ -20,19 +20,14 @@ function* transferables(value) {
   else if (value instanceof Object) for (const part of Object.values(value)) yield* transferables(part);
 }
 
-/** @param {unknown} error */
-function explained(error) {
-  if (!(error instanceof WebAssembly.RuntimeError)) return asDeepSftError(error);
-  return new DeepSftError("internal", `The engine stopped because of a defect (${error.message}).`);
-}
-
 self.addEventListener("message", async ({ data: { id, method, request, version } }) => {
   try {
     if (version !== VERSION) throw new DeepSftError("engine-load", `The page runs deepsft ${version}, its worker is of ${VERSION}. ${COPY_AGAIN}`);
     const value = await METHODS[method](request);
     self.postMessage({ id, value }, { transfer: [...new Set(transferables(value))] });
   } catch (error) {
-    const { code, message } = explained(error);
-    self.postMessage({ id, error: { code, message }, fatal: isBroken || error instanceof WebAssembly.RuntimeError });
+    const hasTrapped = error instanceof WebAssembly.RuntimeError;
+    const { code, message } = hasTrapped ? new DeepSftError("internal", `The engine stopped because of a defect (${error.message}).`) : asDeepSftError(error);
+    self.postMessage({ id, error: { code, message }, fatal: isBroken || hasTrapped });
   }
 });

@@ -2,16 +2,8 @@ import { LastingEngine } from "./engine/lasting-engine.js";
 import { Scan } from "./targets/scan.js";
 import { Target } from "./targets/target.js";
 import { Session } from "./tracking/session.js";
-import type { EstimateOptions, FlatPrint, FlattenOptions } from "./frame-requests.js";
-import type { Estimate } from "./results/estimate.js";
-import type { LoadProgress, ModelInput } from "./engine/bundle.js";
-import type { StartPlan } from "./engine/lasting-engine.js";
-import type { ImageInput } from "./frames/image-input.js";
-import type { CameraOption } from "./camera/intrinsics.js";
-import type { ScanInput } from "./targets/scan.js";
-import type { TemplateInput } from "./targets/target-source.js";
-import type { FrameSource } from "./tracking/session.js";
-import type { Smoothing } from "./tracking/tracker-worker.js";
+import type { CameraOption, Estimate, EstimateOptions, FlatPrint, FlattenOptions, FrameSource, ImageInput, LoadProgress, ScanInput, Smoothing, TemplateInput } from "./index.js";
+import type { ModelInput } from "./engine/bundle.js";
 export type LoadOptions = {
     /**
      * `auto` (the default) takes WebGPU when a real GPU offers what the engine
@@ -113,10 +105,9 @@ export declare class DeepSft {
     /**
      * Use {@link DeepSft.load}.
      *
-     * @param {StartPlan} plan
      * @param {LastingEngine} engine
      */
-    constructor(plan: StartPlan, engine: LastingEngine);
+    constructor(engine: LastingEngine);
     /**
      * Starts the engine, on a model that is fetched, or without one, for pictures alone: these need no training, no network and no
      * GPU.

@@ -43,12 +43,11 @@ export declare class DeepSftError extends Error {
 }
 /**
  * The same error as a `DeepSftError`: one already, one that carries a known `code` (from the worker or the
- * engine), or, for everything else, code `fallback`.
+ * engine), or, for everything else, `internal`.
  *
  * @param {unknown} error
- * @param {DeepSftErrorCode} [fallback]
  */
-export declare function asDeepSftError(error: unknown, fallback?: DeepSftErrorCode): DeepSftError;
+export declare function asDeepSftError(error: unknown): DeepSftError;
 /** @param {unknown} cause the browser's own refusal */
 export declare function crossOriginError(cause: unknown): DeepSftError;
 export {};

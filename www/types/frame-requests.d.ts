@@ -1,9 +1,6 @@
 import { Estimate } from "./results/estimate.js";
-import type { CameraOption } from "./camera/intrinsics.js";
-import type { RawAnswer } from "./engine/engine-worker.js";
+import type { CameraOption, ImageInput, Target } from "./index.js";
 import type { LastingEngine } from "./engine/lasting-engine.js";
-import type { ImageInput } from "./frames/image-input.js";
-import type { Target } from "./targets/target.js";
 import type { Question } from "./tracking/session.js";
 export type EstimateOptions = {
     /**
@@ -63,9 +60,8 @@ export declare class FrameRequests {
     /**
      * @param {ImageInput} image
      * @param {EstimateOptions} options
-     * @returns {Promise<Estimate>}
      */
-    estimate(image: ImageInput, { signal, ...options }: EstimateOptions): Promise<Estimate>;
+    estimate(image: ImageInput, { fit, signal, ...options }: EstimateOptions): Promise<Estimate>;
     /**
      * @param {ImageInput} image
      * @param {FlattenOptions} options
@@ -78,8 +74,17 @@ export declare class FrameRequests {
      * @param {Question} question
      * @param {boolean} estimated whether the network's answer is wanted as an estimate too
      */
-    find(question: Question, estimated: boolean): Promise<{
-        answers: RawAnswer[];
-        estimate: Estimate | null;
+    find({ ids, frame, canonical, camera, focal }: Question, estimated: boolean): Promise<{
+        answers: {
+            id: number;
+            sightings: Float32Array[];
+        }[];
+        estimate: null;
+    } | {
+        answers: {
+            id: number;
+            sightings: Float32Array[];
+        }[];
+        estimate: Estimate;
     }>;
 }

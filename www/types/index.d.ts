@@ -47,7 +47,7 @@ export type StallReason = import("./frames/video-frames.js").StallReason;
 export type FoundFocal = import("./tracking/session.js").FoundFocal;
 export type FrameSource = import("./tracking/session.js").FrameSource;
 export type SessionEvents = import("./tracking/session.js").SessionEvents;
-export type Smoothing = import("./tracking/tracker-worker.js").Smoothing;
+export type Smoothing = import("./tracking/tracker-host.js").Smoothing;
 /** @typedef {import("./engine/bundle.js").LoadProgress} LoadProgress */
 /** @typedef {import("./camera/camera-stream.js").ListedCamera} ListedCamera */
 /** @typedef {import("./camera/request.js").Facing} Facing */
@@ -79,4 +79,4 @@ export type Smoothing = import("./tracking/tracker-worker.js").Smoothing;
 /** @typedef {import("./tracking/session.js").FoundFocal} FoundFocal */
 /** @typedef {import("./tracking/session.js").FrameSource} FrameSource */
 /** @typedef {import("./tracking/session.js").SessionEvents} SessionEvents */
-/** @typedef {import("./tracking/tracker-worker.js").Smoothing} Smoothing */
+/** @typedef {import("./tracking/tracker-host.js").Smoothing} Smoothing */

@@ -67,13 +67,15 @@ export class Orbit {
 
   /** @param {Pick<Target, "texture" | "widthMm" | "heightMm"> & { mesh: MeshTopology }} template */
   setTemplate({ texture, widthMm, heightMm, mesh }) {
-    this.#clear();
+    for (const { material } of this.#surface?.surfaces ?? []) /** @type {import("three").Material} */ (material).dispose();
+    this.#surface?.geometry.dispose();
+    this.#surface?.print.dispose();
     const geometry = new SurfaceGeometry(mesh);
     const print = new Texture(texture);
     Object.assign(print, { colorSpace: SRGBColorSpace, anisotropy: 4, needsUpdate: true });
     const front = new MeshPhongMaterial({ map: print, specular: 0x222222, side: FrontSide });
     const surfaces = [front, new MeshLambertMaterial({ color: 0xd8d4cc, side: BackSide })].map((material) => new Mesh(geometry, material));
-    this.#turned.add(...surfaces);
+    this.#turned.clear().add(...surfaces);
     this.#surface = { geometry, print, faces: mesh.faces, surfaces };
     this.#size = 0.54 * Math.hypot(widthMm, heightMm);
   }
@@ -100,13 +102,6 @@ export class Orbit {
     this.#centre = this.#centre?.lerp(middle, pace) ?? middle.clone();
     for (const surface of surfaces) surface.position.copy(this.#centre).negate();
     this.#draw();
-  }
-
-  #clear() {
-    for (const { material } of this.#surface?.surfaces ?? []) /** @type {import("three").Material} */ (material).dispose();
-    this.#surface?.geometry.dispose();
-    this.#surface?.print.dispose();
-    this.#turned.clear();
   }
 
   #draw() {

@@ -42,12 +42,9 @@ export class PaperPainter {
     const filtering = { generateMipmaps: true, minFilter: software ? LinearMipmapNearestFilter : LinearMipmapLinearFilter, anisotropy: software ? 1 : ANISOTROPY };
     this.#renderer = renderer;
     this.#target = new WebGLRenderTarget(width, height, { ...filtering, colorSpace: SRGBColorSpace, depthBuffer: false });
+    /** What is printed. */
+    this.texture = this.#target.texture;
     this.#uniforms = { u_size: { value: new Vector2(width, height) }, u_sheetMm: { value: new Vector2(widthMm, heightMm) }, u_seconds: { value: 0 } };
-  }
-
-  /** What is printed. */
-  get texture() {
-    return this.#target.texture;
   }
 
   /**

@@ -1,6 +1,7 @@
 // Which camera shows: a button that changes between two, a list where there are more. The choice is remembered for the next visit.
 
 import { listCameras } from "deepsft";
+import { part } from "../part.js";
 
 /** @import { CameraStream, Facing, ListedCamera } from "deepsft" */
 
@@ -44,10 +45,11 @@ export function nameOf(camera, all) {
 }
 
 export class CameraSwitch {
-  #root;
-  #button;
-  #list;
-  #said;
+  #root = part("#cameras");
+  #button = part("#cameras button", HTMLButtonElement);
+  #list = part("#cameras select", HTMLSelectElement);
+  /** For a screen reader. */
+  #said = part("#cameras [role=status]");
   #onNamed;
   #onFailed;
   /** @type {CameraStream | null} */
@@ -56,15 +58,10 @@ export class CameraSwitch {
   #cameras = [];
 
   /**
-   * @param {HTMLElement} root with a button, a list and a place for what a screen reader is told
    * @param {(name: string) => void} onNamed is told what the camera is called that shows
    * @param {(error: unknown, name: string) => void} onFailed is told why the camera with this name does not show; the former one goes on
    */
-  constructor(root, onNamed, onFailed) {
-    this.#root = root;
-    this.#button = /** @type {HTMLButtonElement} */ (root.querySelector("button"));
-    this.#list = /** @type {HTMLSelectElement} */ (root.querySelector("select"));
-    this.#said = /** @type {HTMLElement} */ (root.querySelector("[role=status]"));
+  constructor(onNamed, onFailed) {
     this.#onNamed = onNamed;
     this.#onFailed = onFailed;
     this.#button.addEventListener("click", () => {

@@ -101,7 +101,7 @@ export class Hud {
    */
   showEstimate({ found, confidence, camera, times: { captureMs, warpMs, networkMs, featuresMs, judgeMs } }, drawMs) {
     const findMs = networkMs + featuresMs;
-    this.#takeStages({ capture: captureMs, warp: warpMs, network: findMs, judge: judgeMs, draw: drawMs }, 1);
+    this.#average({ capture: captureMs, warp: warpMs, network: findMs, judge: judgeMs, draw: drawMs }, 1);
     this.#showStages();
     this.#showState(found, "found", confidence);
     this.#showCamera(camera);
@@ -118,8 +118,8 @@ export class Hud {
     // Nothing to average with before the second frame: the first one is slow, as kernels are compiled.
     const interval = this.#frames > 1 ? now - this.#lastFrame : Infinity;
     const weight = 1 - Math.exp(-interval / 1000 / MEAN_SECONDS);
-    this.#takeStages({ capture: captureMs, warp: warpMs, track: trackMs, draw: drawMs }, weight);
-    if (this.#frames > 0) this.#mean("interval", now - this.#lastFrame, weight);
+    this.#average({ capture: captureMs, warp: warpMs, track: trackMs, draw: drawMs }, weight);
+    if (this.#frames > 0) this.#average({ interval: now - this.#lastFrame }, weight);
     this.#frames++;
     this.#lastFrame = now;
     const wasTracked = part("#state").dataset.how === "tracked";
@@ -154,17 +154,20 @@ export class Hud {
    */
   showAnswer({ found, confidence, times: { networkMs, judgeMs } }, tracked, fps) {
     const weight = this.#answers++ > 1 && fps > 0 ? 1 - Math.exp(-1 / fps / MEAN_SECONDS) : 1;
-    this.#takeStages({ network: networkMs, judge: judgeMs }, weight);
-    if (fps > 0) part("#network-fps").textContent = this.#mean("network-fps", fps, weight).toFixed(1);
+    this.#average({ network: networkMs, judge: judgeMs, ...(fps > 0 && { fps }) }, weight);
+    if (fps > 0) part("#network-fps").textContent = (this.#means.get("fps") ?? fps).toFixed(1);
     if (!tracked) this.#showState(found, "found", confidence);
   }
 
   /**
-   * @param {Record<string, number>} stages milliseconds by stage
+   * @param {Record<string, number>} figures by their names
    * @param {number} weight of these against the means so far
    */
-  #takeStages(stages, weight) {
-    for (const [name, ms] of Object.entries(stages)) this.#mean(name, ms, weight);
+  #average(figures, weight) {
+    for (const [name, value] of Object.entries(figures)) {
+      const before = this.#means.get(name) ?? value;
+      this.#means.set(name, before + weight * (value - before));
+    }
   }
 
   #showStages() {
@@ -224,17 +227,5 @@ export class Hud {
       return label;
     });
     part("#scale-ticks").replaceChildren(...labels);
-  }
-
-  /**
-   * @param {string} name
-   * @param {number} value
-   * @param {number} weight of the value against the mean so far
-   */
-  #mean(name, value, weight) {
-    const before = this.#means.get(name) ?? value;
-    const mean = before + weight * (value - before);
-    this.#means.set(name, mean);
-    return mean;
   }
 }

@@ -23,18 +23,8 @@ const SCALE_SECONDS = 0.4;
 /** Of the image, below which a region that the network sees is marked. */
 const WHOLE = 0.95;
 
-/**
- * Tells those who script the page of an estimate or a tracked frame, before it is closed.
- *
- * @param {"estimate" | "tracked"} name
- * @param {Estimate | TrackedFrame} result a property of this name of the event `deepsft-estimate` or `deepsft-tracked` on the document
- */
-function announce(name, result) {
-  document.dispatchEvent(Object.assign(new Event(`deepsft-${name}`), { [name]: result }));
-}
-
 export class Live {
-  #container;
+  #container = part("#stage");
   #hud;
   #choice;
   #onShown;
@@ -48,7 +38,7 @@ export class Live {
   /** The scene that is shown. @type {SceneView | null} */
   view = null;
   /** What is drawn on its sheet. @type {Overlays | null} */
-  overlays = null;
+  #overlays = null;
   /** @type {TrackedFrame | null} the newest */
   #frame = null;
   /** When the tracker last had the sheet, or began to look for it, milliseconds. */
@@ -58,13 +48,11 @@ export class Live {
   #scaledAt = 0;
 
   /**
-   * @param {HTMLElement} container
    * @param {Hud} hud
    * @param {Choice} choice what is drawn over the picture
    * @param {() => void} onShown is told when there is something to see
    */
-  constructor(container, hud, choice, onShown) {
-    this.#container = container;
+  constructor(hud, choice, onShown) {
     this.#hud = hud;
     this.#choice = choice;
     this.#onShown = onShown;
@@ -84,19 +72,27 @@ export class Live {
     this.#hud.showSubject(subject);
     this.#orbit?.setTemplate(target);
     const ended = new Promise((resolve) => signal.addEventListener("abort", resolve));
-    const onEstimate = (/** @type {Estimate} */ estimate) => this.#takeEstimate(estimate, subject);
+    const onEstimate = (/** @type {Estimate} */ estimate) => {
+      // For those who script the page, as below.
+      document.dispatchEvent(Object.assign(new Event("deepsft-estimate"), { estimate }));
+      this.#onShown();
+      // After a lost GPU the engine may run elsewhere.
+      this.#hud.showEngine(subject);
+      if (this.#isPhotograph) this.#hud.showEstimate(estimate, this.view?.drawMs ?? 0);
+      else this.#hud.showAnswer(estimate, this.#frame?.found ?? false, this.#frame?.networkFps ?? 0);
+    };
     const shown = { sft, targets: [target], fit: MAX_CUT, screens: /** @type {const} */ (false), sound: false, smooth: false, onEstimate };
     const view = await start(this.#container, { ...shown, ...options, signal });
     this.view = view;
     this.#trackedAt = performance.now();
     // The panels then do without blurred glass.
     part("#live").dataset.software = String(view.software);
-    this.overlays = new Overlays(view, target);
-    this.overlays.show(this.#choice);
+    this.#overlays = new Overlays(view, target, this.#container, signal);
+    this.#overlays.show(this.#choice);
     signal.addEventListener("abort", () => this.#end());
     view.addEventListener("frame", ({ detail: { frame } }) => {
       if (frame !== this.#frame) this.#take(frame, view, subject);
-      this.overlays?.animate();
+      this.#overlays?.animate();
     });
     const failed = new Promise((_, reject) => view.addEventListener("error", ({ detail }) => reject(detail.error)));
     await Promise.race([ended, failed]);
@@ -104,14 +100,14 @@ export class Live {
 
   /** Draws what was chosen anew. */
   refresh() {
-    this.overlays?.show(this.#choice);
+    this.#overlays?.show(this.#choice);
     this.#showScale();
     if (this.#frame?.mesh) this.#orbit?.show(this.#frame.mesh);
   }
 
   #end() {
-    this.overlays?.dispose();
-    [this.view, this.overlays, this.#frame, this.#range] = [null, null, null, null];
+    this.#overlays?.dispose();
+    [this.view, this.#overlays, this.#frame, this.#range] = [null, null, null, null];
     this.#orbit?.reset();
     this.#measures.reset();
     this.#region.hidden = true;
@@ -128,14 +124,14 @@ export class Live {
     const now = performance.now();
     const { mesh, camera } = tracked;
     this.#frame = tracked;
-    announce("tracked", tracked);
+    document.dispatchEvent(Object.assign(new Event("deepsft-tracked"), { tracked }));
     if (mesh) {
       this.#trackedAt = now;
       this.#followDepth(mesh);
       this.#orbit?.show(mesh);
     }
     const range = this.#range ?? { near: 0, far: 1 };
-    this.overlays?.follow(mesh, { ...range, step: depthTicks(range, 9).step });
+    this.#overlays?.follow(mesh, { ...range, step: depthTicks(range, 9).step });
     this.#showScale();
     this.#placeRegion(view, camera);
     if (this.#isPhotograph) this.#hud.showMesh(mesh !== null);
@@ -146,17 +142,6 @@ export class Live {
     this.#measures.show(mesh, camera, this.#isPhotograph, { bend: kind !== "tube", distance: hasSize });
     // Else the network's first answer is waited for.
     if (kind === "picture") this.#onShown();
-  }
-
-  /** @param {Estimate} estimate @param {Subject} subject */
-  #takeEstimate(estimate, subject) {
-    announce("estimate", estimate);
-    this.#onShown();
-    // After a lost GPU the engine may run elsewhere.
-    this.#hud.showEngine(subject);
-    const frame = this.#frame;
-    if (this.#isPhotograph) this.#hud.showEstimate(estimate, this.view?.drawMs ?? 0);
-    else this.#hud.showAnswer(estimate, frame?.found ?? false, frame?.networkFps ?? 0);
   }
 
   /** @param {SurfaceMesh} mesh */

@@ -20,10 +20,11 @@ import { MeshLines, depthMaterial, plasterMaterial, veilMaterial } from "./overl
 const STILL_SECONDS = 5.2;
 /** A place nearer to the border would have an object stand half in the air, of the sheet's sides. */
 const BORDER = 0.1;
+/** What the arrow keys move the object by, of the print's sides. @type {Readonly<Record<string, [number, number]>>} */
+const STEPS = { ArrowLeft: [-0.04, 0], ArrowRight: [0.04, 0], ArrowUp: [0, -0.04], ArrowDown: [0, 0.04] };
 
 export class Overlays {
   #view;
-  #target;
   #sheet;
   /** @type {Choice | null} */
   #choice = null;
@@ -43,20 +44,41 @@ export class Overlays {
   /**
    * @param {SceneView} view
    * @param {Target} target
+   * @param {HTMLElement} stage where a tap on the sheet and the arrow keys move the object
+   * @param {AbortSignal} signal ends that
    */
-  constructor(view, target) {
+  constructor(view, target, stage, signal) {
     this.#view = view;
-    this.#target = target;
     this.#sheet = view.sheet(target);
+    const tapped = (/** @type {MouseEvent} */ { clientX, clientY }) => {
+      if (!this.#object || !this.#sheet.visible) return;
+      const { left, top, width, height } = stage.getBoundingClientRect();
+      const ray = new Raycaster();
+      ray.setFromCamera(new Vector2((2 * (clientX - left)) / width - 1, 1 - (2 * (clientY - top)) / height), view.camera);
+      const [hit] = ray.intersectObject(this.#sheet.occluder);
+      if (hit?.uv) this.#stand(hit.uv.x, 1 - hit.uv.y);
+    };
+    stage.addEventListener("click", tapped, { signal });
+    const pressed = (/** @type {KeyboardEvent} */ event) => {
+      const step = STEPS[event.key];
+      if (!step || !this.#object) return;
+      event.preventDefault();
+      this.#stand(this.#place[0] + step[0], this.#place[1] + step[1]);
+    };
+    stage.addEventListener("keydown", pressed, { signal });
   }
 
   /** @param {Choice} choice */
   show(choice) {
-    const { overlay, object } = (this.#choice = choice);
+    const { overlay, paper, object } = (this.#choice = choice);
     const sheet = this.#sheet;
     this.#clear();
-    if (overlay === "paper") this.#print();
-    if (overlay === "shaded") sheet.material = plasterMaterial(this.#target);
+    if (overlay === "paper") {
+      this.#painter ??= new PaperPainter(this.#view.renderer, sheet.target, this.#view.software);
+      this.#painter.paint(paper, STILL_SECONDS);
+      sheet.map = this.#painter.texture;
+    }
+    if (overlay === "shaded") sheet.material = plasterMaterial(sheet.target);
     if (overlay === "depth") sheet.material = this.#depth = depthMaterial();
     if (overlay === "mesh") {
       sheet.material = veilMaterial();
@@ -64,7 +86,7 @@ export class Overlays {
     }
     if (overlay === "object") {
       const standing = new Standing(object);
-      const { widthMm, heightMm } = this.#target;
+      const { widthMm, heightMm } = sheet.target;
       standing.scale.setScalar(SCALE * Math.min(1, heightMm / widthMm));
       this.#object = { anchor: sheet.anchor(...this.#place, { unit: "width" }), standing };
       this.#object.anchor.add(standing);
@@ -93,28 +115,6 @@ export class Overlays {
     if (this.#choice?.overlay === "paper" && !this.#view.software && !prefersStillness()) this.#painter?.paint(this.#choice.paper, seconds);
   }
 
-  /**
-   * Has the object stand where the sheet is seen on the page.
-   *
-   * @param {number} x of the view's width, 0 to 1
-   * @param {number} y of its height, downwards
-   */
-  placeObjectAt(x, y) {
-    if (!this.#object) return;
-    const ray = new Raycaster();
-    ray.setFromCamera(new Vector2(2 * x - 1, 1 - 2 * y), this.#view.camera);
-    const [hit] = this.#sheet.visible ? ray.intersectObject(this.#sheet.occluder) : [];
-    if (hit?.uv) this.#stand(hit.uv.x, 1 - hit.uv.y);
-  }
-
-  /**
-   * @param {number} u how far the object is moved, of the print's sides
-   * @param {number} v
-   */
-  moveObject(u, v) {
-    if (this.#object) this.#stand(this.#place[0] + u, this.#place[1] + v);
-  }
-
   dispose() {
     this.#clear();
     this.#painter?.dispose();
@@ -127,12 +127,6 @@ export class Overlays {
     this.#object?.anchor.place(...this.#place);
     this.#object?.anchor.follow(this.#sheet.geometry, performance.now());
     this.#view.refresh();
-  }
-
-  #print() {
-    this.#painter ??= new PaperPainter(this.#view.renderer, this.#target, this.#view.software);
-    this.#painter.paint(this.#choice?.paper ?? "aurora", STILL_SECONDS);
-    this.#sheet.map = this.#painter.texture;
   }
 
   #clear() {

@@ -1,32 +1,29 @@
 // The buttons that take a picture of what is seen, or record it.
 
 import { recordingKind, shareFile } from "deepsft";
+import { part } from "../part.js";
 
 /** @import { Recording } from "deepsft" */
 /** @import { SceneView } from "deepsft/scene" */
 
 export class ShotButtons {
-  #record;
-  #time;
+  #record = part("#record", HTMLButtonElement);
+  #time = part("#record .time");
   #view;
   #fail;
   /** @type {Recording | null} */
   #recording = null;
 
   /**
-   * @param {HTMLElement} group with the two buttons
    * @param {() => SceneView | null} view that is shown
    * @param {(error: unknown) => void} fail is told what went wrong
    */
-  constructor(group, view, fail) {
-    const [picture, record] = group.querySelectorAll("button");
-    this.#record = record;
-    this.#time = /** @type {HTMLElement} */ (record.querySelector(".time"));
+  constructor(view, fail) {
     this.#view = view;
     this.#fail = fail;
-    record.hidden = recordingKind === undefined;
-    picture.addEventListener("click", () => this.#try(async (view) => shareFile(await view.shot(), nameNow())));
-    record.addEventListener("click", () => (this.#recording ? this.stop() : this.#try((view) => this.#run(view))));
+    this.#record.hidden = recordingKind === undefined;
+    part("#take").addEventListener("click", () => this.#try(async (view) => shareFile(await view.shot(), nameNow())));
+    this.#record.addEventListener("click", () => (this.#recording ? this.stop() : this.#try((view) => this.#run(view))));
   }
 
   /** Ends a recording; what was recorded is handed to the person. */

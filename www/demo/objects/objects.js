@@ -16,7 +16,7 @@ function house() {
   const [half, back, front, eaves, ridge] = [0.5, -0.42, 0.28, 0.46, 0.82];
   const middle = (back + front) / 2;
   solids.paint("#f3e6cf").box([0, 0.07, middle], [2 * half, eaves - 0.07, front - back]);
-  for (const x of [-half, half]) solids.triangle([x, eaves, front], [x, eaves, back], [x, ridge, middle]);
+  for (const x of [-half, half]) solids.triangles([x, eaves, front], [x, eaves, back], [x, ridge, middle]);
   // The roof juts out over the walls; its underside is the same plane a little lower.
   const [jut, thick] = [0.09, 0.05];
   const slope = (ridge - eaves) / (front - middle);

@@ -35,8 +35,8 @@ export class Solids {
     return this;
   }
 
-  /** @param {Point[]} corners of triangles */
-  #add(...corners) {
+  /** @param {Point[]} corners of triangles, three each */
+  triangles(...corners) {
     this.#part.positions.push(...corners.flat());
     for (let i = 0; i < corners.length; i++) this.#part.colors.push(...this.#color);
     return this;
@@ -45,17 +45,12 @@ export class Solids {
   /** @param {BufferGeometry} geometry */
   #addGeometry(geometry) {
     const { array } = geometry.toNonIndexed().getAttribute("position");
-    return this.#add(...Array.from({ length: array.length / 3 }, (_, i) => /** @type {Point} */ ([...array.slice(3 * i, 3 * i + 3)])));
-  }
-
-  /** @param {Point} a @param {Point} b @param {Point} c */
-  triangle(a, b, c) {
-    return this.#add(a, b, c);
+    return this.triangles(...Array.from({ length: array.length / 3 }, (_, i) => /** @type {Point} */ ([...array.slice(3 * i, 3 * i + 3)])));
   }
 
   /** @param {Point} a @param {Point} b @param {Point} c @param {Point} d around the face */
   quad(a, b, c, d) {
-    return this.#add(a, b, c, a, c, d);
+    return this.triangles(a, b, c, a, c, d);
   }
 
   /** @param {Point} centre of its foot @param {Point} size */
@@ -82,7 +77,7 @@ export class Solids {
    */
   plate(outline, thickness) {
     const other = outline.map((point) => /** @type {Point} */ (point.map((x, k) => x + thickness[k])));
-    for (let i = 1; i + 1 < outline.length; i++) this.#add(outline[0], outline[i], outline[i + 1], other[0], other[i + 1], other[i]);
+    for (let i = 1; i + 1 < outline.length; i++) this.triangles(outline[0], outline[i], outline[i + 1], other[0], other[i + 1], other[i]);
     outline.forEach((point, i) => {
       const next = (i + 1) % outline.length;
       this.quad(point, outline[next], other[next], other[i]);

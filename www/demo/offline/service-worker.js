@@ -23,16 +23,8 @@ worker.addEventListener("fetch", (/** @type {any} */ event) => {
 /** A new version is there when all of it is; what did not change is taken from the one before. */
 async function keepAll() {
   const cache = await caches.open(CACHE);
-  const known = (await caches.keys()).filter((name) => name.startsWith(CACHES));
-  await Promise.all(
-    Object.keys(files).map(async (name) => {
-      for (const before of known) {
-        const response = await (await caches.open(before)).match(keyOf(name));
-        if (response) return cache.put(keyOf(name), response);
-      }
-      return cache.put(keyOf(name), await fetched(name));
-    }),
-  );
+  const keep = async (/** @type {string} */ name) => cache.put(keyOf(name), (await caches.match(keyOf(name))) ?? (await fetched(name)));
+  await Promise.all(Object.keys(files).map(keep));
 }
 
 async function dropOthers() {

@@ -67,18 +67,11 @@ export class Capture {
     try {
       const picture = pictureFrom(this.#video, width, height, NAME);
       this.close();
-      this.onPicture(picture, guideOf(picture.canvas));
+      const [x, y] = [picture.canvas.width, picture.canvas.height];
+      const [left, right, top, bottom] = [INSET * x, (1 - INSET) * x, INSET * y, (1 - INSET) * y];
+      this.onPicture(picture, [[left, top], [right, top], [right, bottom], [left, bottom]]);
     } catch (error) {
       this.#fail(error);
     }
   }
-}
-
-/**
- * @param {{ width: number, height: number }} picture
- * @returns {Corners}
- */
-function guideOf({ width, height }) {
-  const [left, right, top, bottom] = [INSET * width, (1 - INSET) * width, INSET * height, (1 - INSET) * height];
-  return [[left, top], [right, top], [right, bottom], [left, bottom]]; // prettier-ignore
 }

@@ -2,7 +2,7 @@
 
 import { isPrintOutline } from "deepsft";
 import { part } from "../part.js";
-import { canvasOf, contextOf } from "./read-picture.js";
+import { canvasOf, contextOf, turned } from "./read-picture.js";
 
 /** @import { PrintCorners } from "deepsft" */
 
@@ -31,29 +31,58 @@ export class CornerEditor {
   #handles = /** @type {HTMLButtonElement[]} */ ([...this.#stage.querySelectorAll(".corner")]);
   #loupe = part("#corners .loupe", HTMLCanvasElement);
   #said = part("#corners .said");
-  /** @type {HTMLCanvasElement} */
-  #picture = canvasOf(1, 1);
-  /** @type {Corners} pixels of the picture */
-  #corners = wholeOf(1, 1);
+  picture = canvasOf(1, 1);
+  /** Pixels of the picture. @type {Corners} */
+  corners = wholeOf(1, 1);
   /** Where the picture lies on the stage: stage = picture * scale + (left, top), CSS pixels. */
   #view = { left: 0, top: 0, scale: 1 };
   /** @type {() => void} called whenever a corner has moved */
   onChange = () => undefined;
 
   constructor() {
-    this.#handles.forEach((handle, i) => this.#listen(handle, i));
+    this.#handles.forEach((handle, index) => {
+      // The corner keeps its distance from the finger, which may take hold anywhere on the handle.
+      let [dx, dy] = [0, 0];
+      handle.addEventListener("pointerdown", (event) => {
+        handle.setPointerCapture(event.pointerId);
+        const [x, y] = this.corners[index];
+        const { scale } = this.#view;
+        [dx, dy] = [x - event.clientX / scale, y - event.clientY / scale];
+        handle.dataset.held = "true";
+        this.#showLoupe(index);
+      });
+      handle.addEventListener("pointermove", (event) => {
+        if (!handle.hasPointerCapture(event.pointerId)) return;
+        const { scale } = this.#view;
+        this.#move(index, event.clientX / scale + dx, event.clientY / scale + dy);
+        this.#showLoupe(index);
+      });
+      const end = () => {
+        delete handle.dataset.held;
+        this.#loupe.hidden = true;
+      };
+      handle.addEventListener("lostpointercapture", end);
+      handle.addEventListener("blur", end);
+      handle.addEventListener("keydown", (event) => {
+        const way = KEYS[event.key];
+        if (!way) return;
+        event.preventDefault();
+        const step = (event.shiftKey ? LONG_STEP : STEP) / this.#view.scale;
+        const [x, y] = this.corners[index];
+        this.#move(index, x + way[0] * step, y + way[1] * step);
+        this.#showLoupe(index);
+        const [px, py] = this.corners[index];
+        const percent = (/** @type {number} */ at, /** @type {number} */ of) => `${Math.round((100 * at) / of)} %`;
+        this.#said.textContent = `${percent(px, this.picture.width)} across, ${percent(py, this.picture.height)} down`;
+      });
+    });
     new ResizeObserver(() => this.#place()).observe(this.#stage);
-  }
-
-  /** @returns {PrintCorners} pixels of the picture */
-  get corners() {
-    return this.#corners;
   }
 
   /** Whether the outline is the whole picture. */
   get isWhole() {
-    const whole = wholeOf(this.#picture.width, this.#picture.height);
-    return this.#corners.every(([x, y], i) => Math.hypot(x - whole[i][0], y - whole[i][1]) < 0.5);
+    const whole = wholeOf(this.picture.width, this.picture.height);
+    return this.corners.every(([x, y], i) => Math.hypot(x - whole[i][0], y - whole[i][1]) < 0.5);
   }
 
   /**
@@ -61,15 +90,16 @@ export class CornerEditor {
    * @param {Corners} [corners] of the whole picture when absent
    */
   show(picture, corners = wholeOf(picture.width, picture.height)) {
-    this.#picture = picture;
-    this.#corners = corners;
+    this.picture = picture;
+    this.corners = corners;
     this.#place();
     this.onChange();
   }
 
-  /** @param {HTMLCanvasElement} picture the same, turned by a quarter clockwise */
-  turn(picture) {
-    const [a, b, c, d] = this.#corners.map(([x, y]) => /** @type {[number, number]} */ ([picture.width - y, x]));
+  /** Turns the picture by a quarter, clockwise. */
+  turn() {
+    const picture = turned(this.picture);
+    const [a, b, c, d] = this.corners.map(([x, y]) => /** @type {[number, number]} */ ([picture.width - y, x]));
     this.show(picture, [d, a, b, c]);
   }
 
@@ -77,7 +107,7 @@ export class CornerEditor {
   #place() {
     const { clientWidth, clientHeight } = this.#stage;
     if (clientWidth === 0 || clientHeight === 0) return;
-    const { width, height } = this.#picture;
+    const { width, height } = this.picture;
     const scale = Math.min((clientWidth - 2 * MARGIN) / width, (clientHeight - 2 * MARGIN) / height);
     const [left, top] = [(clientWidth - width * scale) / 2, (clientHeight - height * scale) / 2];
     this.#view = { left, top, scale };
@@ -88,14 +118,14 @@ export class CornerEditor {
     shown.style.width = `${width * scale}px`;
     shown.style.height = `${height * scale}px`;
     [shown.width, shown.height] = [Math.max(1, width * scale * density), Math.max(1, height * scale * density)];
-    contextOf(shown).drawImage(this.#picture, 0, 0, shown.width, shown.height);
+    contextOf(shown).drawImage(this.picture, 0, 0, shown.width, shown.height);
     this.#draw();
   }
 
   #draw() {
     const { left, top, scale } = this.#view;
-    const [width, height] = [this.#picture.width * scale, this.#picture.height * scale];
-    const points = this.#corners.map(([x, y]) => [left + x * scale, top + y * scale]);
+    const [width, height] = [this.picture.width * scale, this.picture.height * scale];
+    const points = this.corners.map(([x, y]) => [left + x * scale, top + y * scale]);
     const outline = `M${points.map(([x, y]) => `${x} ${y}`).join("L")}Z`;
     this.#outline.setAttribute("d", outline);
     this.#shade.setAttribute("d", `M${left} ${top}h${width}v${height}h${-width}Z${outline}`);
@@ -110,55 +140,14 @@ export class CornerEditor {
    * @param {number} y
    */
   #move(index, x, y) {
-    const { width, height } = this.#picture;
-    const corners = /** @type {Corners} */ (this.#corners.map((corner) => [...corner]));
+    const { width, height } = this.picture;
+    const corners = /** @type {Corners} */ (this.corners.map((corner) => [...corner]));
     corners[index] = [Math.min(width, Math.max(0, x)), Math.min(height, Math.max(0, y))];
     const least = MIN_SIDE * Math.min(width, height);
     if (Math.min(...sidesOf(corners)) < least || !isPrintOutline(corners)) return;
-    this.#corners = corners;
+    this.corners = corners;
     this.#draw();
     this.onChange();
-  }
-
-  /**
-   * @param {HTMLButtonElement} handle
-   * @param {number} index
-   */
-  #listen(handle, index) {
-    // The corner keeps its distance from the finger, which may take hold anywhere on the handle.
-    let [dx, dy] = [0, 0];
-    handle.addEventListener("pointerdown", (event) => {
-      handle.setPointerCapture(event.pointerId);
-      const [x, y] = this.#corners[index];
-      const { scale } = this.#view;
-      [dx, dy] = [x - event.clientX / scale, y - event.clientY / scale];
-      handle.dataset.held = "true";
-      this.#showLoupe(index);
-    });
-    handle.addEventListener("pointermove", (event) => {
-      if (!handle.hasPointerCapture(event.pointerId)) return;
-      const { scale } = this.#view;
-      this.#move(index, event.clientX / scale + dx, event.clientY / scale + dy);
-      this.#showLoupe(index);
-    });
-    const end = () => {
-      delete handle.dataset.held;
-      this.#loupe.hidden = true;
-    };
-    handle.addEventListener("lostpointercapture", end);
-    handle.addEventListener("blur", end);
-    handle.addEventListener("keydown", (event) => {
-      const way = KEYS[event.key];
-      if (!way) return;
-      event.preventDefault();
-      const step = (event.shiftKey ? LONG_STEP : STEP) / this.#view.scale;
-      const [x, y] = this.#corners[index];
-      this.#move(index, x + way[0] * step, y + way[1] * step);
-      this.#showLoupe(index);
-      const [px, py] = this.#corners[index];
-      const percent = (/** @type {number} */ at, /** @type {number} */ of) => `${Math.round((100 * at) / of)} %`;
-      this.#said.textContent = `${percent(px, this.#picture.width)} across, ${percent(py, this.#picture.height)} down`;
-    });
   }
 
   /**
@@ -169,7 +158,7 @@ export class CornerEditor {
   #showLoupe(index) {
     const loupe = this.#loupe;
     const { left, top, scale } = this.#view;
-    const [x, y] = this.#corners[index];
+    const [x, y] = this.corners[index];
     const density = Math.min(2, devicePixelRatio);
     const size = LOUPE * density;
     if (loupe.width !== size) [loupe.width, loupe.height] = [size, size];
@@ -179,9 +168,9 @@ export class CornerEditor {
     context.fillStyle = "#0e1013";
     context.fillRect(0, 0, size, size);
     context.setTransform(zoom, 0, 0, zoom, size / 2 - x * zoom, size / 2 - y * zoom);
-    context.drawImage(this.#picture, 0, 0);
+    context.drawImage(this.picture, 0, 0);
     context.beginPath();
-    this.#corners.forEach(([cx, cy]) => context.lineTo(cx, cy));
+    this.corners.forEach(([cx, cy]) => context.lineTo(cx, cy));
     context.closePath();
     context.lineWidth = (1.5 * density) / zoom;
     context.strokeStyle = "#5fe3bd";

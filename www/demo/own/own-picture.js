@@ -40,7 +40,7 @@ export function scanAmong(files) {
  */
 
 export class OwnPicture {
-  #root;
+  #root = part("#own");
   #page;
   #capture = new Capture();
   #editor = new PictureEditor();
@@ -52,17 +52,13 @@ export class OwnPicture {
   /** Number of the newest picture, so that one that took longer to read does not take its place. */
   #newest = 0;
 
-  /**
-   * @param {HTMLElement} root
-   * @param {OwnPicturePage} page
-   */
-  constructor(root, page) {
-    this.#root = root;
+  /** @param {OwnPicturePage} page */
+  constructor(page) {
     this.#page = page;
     this.#capture.onPicture = (picture, corners) => this.#edit(picture, corners);
     this.#capture.onError = (error) => page.fail(error, () => this.photograph());
     for (const editor of [this.#editor, this.#scan]) editor.onReady = (picture, use) => void this.#finish(picture, use);
-    for (const leave of root.querySelectorAll(".leave")) leave.addEventListener("click", () => this.#leave());
+    for (const leave of this.#root.querySelectorAll(".leave")) leave.addEventListener("click", page.leave);
     part("#choose-picture").addEventListener("click", () => this.#file.click());
     part("#photograph").addEventListener("click", () => this.photograph());
     for (const id of ["#choose-scan", "#another-scan"]) part(id).addEventListener("click", () => this.#scanFile.click());
@@ -71,7 +67,7 @@ export class OwnPicture {
     part("#last-forget").addEventListener("click", () => void this.#forget());
     onChosen(this.#file, ([file]) => void this.read(file));
     onChosen(this.#scanFile, (files) => void this.readScan(files));
-    root.addEventListener("keydown", (event) => event.key === "Escape" && this.#leave());
+    this.#root.addEventListener("keydown", (event) => event.key === "Escape" && page.leave());
     void this.#recall();
   }
 
@@ -86,7 +82,7 @@ export class OwnPicture {
   async read(file) {
     const own = ++this.#newest;
     try {
-      const picture = await readPicture(file, file.name);
+      const picture = await readPicture(file);
       if (own === this.#newest) this.#edit(picture);
     } catch (error) {
       if (own === this.#newest) this.#page.fail(error, () => this.#file.click());
@@ -130,11 +126,6 @@ export class OwnPicture {
   #show() {
     this.#page.show();
     this.#closeAll();
-  }
-
-  #leave() {
-    this.close();
-    this.#page.leave();
   }
 
   /**

@@ -4,7 +4,7 @@ import { estimatedCamera, printAspect, rectifyPicture } from "deepsft";
 import { part } from "../part.js";
 import { CornerEditor, sidesOf } from "./corner-editor.js";
 import { MIN_MM, MAX_MM, formatLength, isUsableLength, largestOn, layOut, parseLength } from "./print-size.js";
-import { MAX_PICTURE_LENGTH, canvasOf, contextOf, turned } from "./read-picture.js";
+import { MAX_PICTURE_LENGTH, canvasOf, contextOf } from "./read-picture.js";
 
 /** @import { Corners } from "./corner-editor.js" */
 /** @import { Unit, UsualSize } from "./print-size.js" */
@@ -37,9 +37,8 @@ export class PictureEditor {
   #preview = part("#flat", HTMLCanvasElement);
   #problem = part("#size-problem");
   #whole = part("#whole", HTMLButtonElement);
-  /** @type {OpenedPicture | null} */
-  #picture = null;
-  /** @type {ImageData | null} its pixels */
+  #name = "";
+  /** Those of the picture. @type {ImageData | null} */
   #pixels = null;
   /** @type {SizeChoice | null} */
   #usual = null;
@@ -55,7 +54,7 @@ export class PictureEditor {
 
   constructor() {
     this.#corners.onChange = () => this.#follow();
-    this.#whole.addEventListener("click", () => this.#picture && this.#corners.show(this.#picture.canvas));
+    this.#whole.addEventListener("click", () => this.#corners.show(this.#corners.picture));
     part("#turn").addEventListener("click", () => this.#turn());
     // Each click, for who chooses their own size again wants to type it. The arrow keys, whose clicks count none, may want to go on.
     part("#usual-sizes").addEventListener("click", ({ target, detail }) => {
@@ -82,7 +81,7 @@ export class PictureEditor {
    */
   open(picture, { corners, widthMm = Number.NaN, hasSize = true } = {}) {
     this.#root.hidden = false;
-    this.#picture = picture;
+    this.#name = picture.name;
     this.#pixels = pixelsOf(picture.canvas);
     [this.#usual, this.#widthMm, this.#saidAspect] = [hasSize ? null : "unknown", widthMm, Number.NaN];
     part("#own-name").textContent = picture.name;
@@ -97,26 +96,23 @@ export class PictureEditor {
 
   close() {
     this.#root.hidden = true;
-    [this.#picture, this.#pixels] = [null, null];
+    this.#pixels = null;
   }
 
   /** Width over height of the print: its own where the picture is not cropped, else what was said or what its corners tell. */
   get #aspect() {
-    const { width, height } = this.#pixels ?? { width: 1, height: 1 };
+    const { width, height } = this.#corners.picture;
     if (this.#corners.isWhole) return width / height;
     if (Number.isFinite(this.#saidAspect)) return this.#saidAspect;
     return printAspect(this.#corners.corners, estimatedCamera(width, height));
   }
 
   #turn() {
-    if (!this.#picture) return;
-    const canvas = turned(this.#picture.canvas);
     // What was its height is its width now.
     this.#widthMm /= this.#aspect;
     this.#saidAspect = 1 / this.#saidAspect;
-    this.#picture = { ...this.#picture, canvas };
-    this.#pixels = pixelsOf(canvas);
-    this.#corners.turn(canvas);
+    this.#corners.turn();
+    this.#pixels = pixelsOf(this.#corners.picture);
   }
 
   /** @param {SizeChoice} usual */
@@ -124,9 +120,7 @@ export class PictureEditor {
     this.#usual = usual;
     this.#say("");
     if (usual === "own" || usual === "unknown") this.#saidAspect = Number.NaN;
-    this.#applyUsual();
-    this.#showSize();
-    this.#schedulePreview();
+    this.#follow();
   }
 
   /** Makes the size that of the usual sheet that was chosen. */
@@ -181,7 +175,7 @@ export class PictureEditor {
     this.#showSize();
   }
 
-  /** After a corner has moved. */
+  /** After a corner has moved, or a size was chosen. */
   #follow() {
     this.#whole.disabled = this.#corners.isWhole;
     this.#applyUsual();
@@ -218,13 +212,13 @@ export class PictureEditor {
     [canvas.width, canvas.height] = [width, height];
     const context = contextOf(canvas);
     // Browsers shrink well and fast what is only shrunk.
-    if (this.#corners.isWhole && this.#picture) context.drawImage(this.#picture.canvas, 0, 0, width, height);
+    if (this.#corners.isWhole) context.drawImage(this.#corners.picture, 0, 0, width, height);
     else context.putImageData(rectifyPicture(pixels, this.#corners.corners, width, height), 0, 0);
   }
 
   /** @param {"camera" | "image"} use */
   #finish(use) {
-    if (!this.#picture) return;
+    if (!this.#pixels) return;
     const [widthMm, heightMm] = [this.#widthMm, this.#widthMm / this.#aspect];
     if (!(widthMm > 0)) return this.#refuse("How wide is the print? Choose a size, or measure it. If you cannot, choose “Unknown”.");
     if (![widthMm, heightMm].every(isUsableLength))
@@ -232,7 +226,7 @@ export class PictureEditor {
     const canvas = canvasOf(1, 1);
     // More pixels than along the longest side of the outline would show nothing more.
     this.#drawFlat(canvas, Math.min(MAX_PICTURE_LENGTH, Math.ceil(Math.max(...sidesOf(this.#corners.corners)))));
-    this.onReady({ canvas, name: this.#picture.name, widthMm, heightMm, hasSize: this.#usual !== "unknown" }, use);
+    this.onReady({ canvas, name: this.#name, widthMm, heightMm, hasSize: this.#usual !== "unknown" }, use);
   }
 
   /** @param {string} problem */

@@ -1,13 +1,8 @@
 // The last picture, kept on this device. Where the browser keeps nothing (private windows, a full disk) the page does without.
 
-/**
- * @typedef {object} KeptPicture
- * @property {Blob} picture the flat print
- * @property {string} name
- * @property {number} widthMm
- * @property {number} heightMm
- * @property {boolean} [hasSize] whether the size is the print's, or made up
- */
+/** @import { ReadyPicture } from "./picture-editor.js" */
+
+/** With the flat print as a file; earlier versions kept no `hasSize`. @typedef {Omit<ReadyPicture, "canvas" | "hasSize"> & { picture: Blob, hasSize?: boolean }} KeptPicture */
 
 const DATABASE = "deepsft-demo";
 const STORE = "pictures";

@@ -10,21 +10,24 @@ export const MAX_PICTURE_LENGTH = 2000;
 /** Shortest side, pixels, with anything on it to be found by. */
 const MIN_LENGTH = 64;
 
-/**
- * @typedef {object} OpenedPicture
- * @property {HTMLCanvasElement} canvas opaque
- * @property {string} name
- * @property {boolean} transparent whether parts were see-through; they are white now
- */
+/** An opaque picture; `transparent`: parts of it were see-through, and are white now. @typedef {ReturnType<typeof pictureFrom>} OpenedPicture */
 
 /**
- * @param {Blob} file
- * @param {string} name
+ * @param {File} file
  * @throws {PictureError} `image-unreadable`, `picture-small`, `picture-empty`
  */
-export async function readPicture(file, name) {
-  const image = await decoded(file, name);
-  return pictureFrom(image, image.naturalWidth, image.naturalHeight, name);
+export async function readPicture(file) {
+  const url = URL.createObjectURL(file);
+  // Unlike `createImageBitmap` this takes drawings (SVG) too.
+  const image = Object.assign(new Image(), { src: url });
+  try {
+    await image.decode();
+  } catch (cause) {
+    throw new PictureError("image-unreadable", `${file.name} could not be read: ${await whyUnreadable(file)}.`, { cause });
+  } finally {
+    URL.revokeObjectURL(url);
+  }
+  return pictureFrom(image, image.naturalWidth, image.naturalHeight, file.name);
 }
 
 /**
@@ -38,7 +41,8 @@ export function pictureFrom(image, width, height, name) {
     throw new PictureError("picture-small", `${name} is ${width} × ${height} pixels.`);
   const canvas = shrunk(image, MAX_LENGTH, canvasOf(1, 1), { width, height });
   const context = contextOf(canvas);
-  const { least, most } = opacityOf(canvas);
+  const opacities = opacitiesOf(canvas);
+  const [least, most] = [Math.min(...opacities), Math.max(...opacities)];
   if (most === 0) throw new PictureError("picture-empty", `${name} is see-through everywhere.`);
   if (least < 255) {
     context.globalCompositeOperation = "destination-over";
@@ -98,47 +102,15 @@ export function turned(canvas) {
 }
 
 /**
- * Unlike `createImageBitmap` this takes drawings (SVG) too.
- *
- * @param {Blob} file
- * @param {string} name
- */
-async function decoded(file, name) {
-  const url = URL.createObjectURL(file);
-  try {
-    const image = new Image();
-    image.src = url;
-    await image.decode();
-    return image;
-  } catch (cause) {
-    throw new PictureError("image-unreadable", `${name} could not be read: ${await whyUnreadable(file)}.`, { cause });
-  } finally {
-    URL.revokeObjectURL(url);
-  }
-}
-
-/**
- * Least and most opacity over a small copy of the picture, 0 to 255.
+ * Opacity of the pixels of a small copy of the picture, 0 to 255.
  *
  * @param {HTMLCanvasElement} canvas
  */
-function opacityOf(canvas) {
-  const small = canvasOf(64, 64);
-  const context = contextOf(small);
+function opacitiesOf(canvas) {
+  const context = contextOf(canvasOf(64, 64));
   context.drawImage(canvas, 0, 0, 64, 64);
-  const { data } = pixelsOf(context);
-  const range = { least: 255, most: 0 };
-  for (let i = 3; i < data.length; i += 4) {
-    range.least = Math.min(range.least, data[i]);
-    range.most = Math.max(range.most, data[i]);
-  }
-  return range;
-}
-
-/** @param {CanvasRenderingContext2D} context */
-function pixelsOf(context) {
   try {
-    return context.getImageData(0, 0, 64, 64);
+    return context.getImageData(0, 0, 64, 64).data.filter((_, i) => i % 4 === 3);
   } catch (cause) {
     // Some browsers take what is in some drawings (SVG with parts of pages) for another site's.
     throw new PictureError("image-unreadable", "This browser does not tell what is in this picture. Save it as PNG or JPEG.", { cause });

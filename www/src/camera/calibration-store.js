@@ -8,56 +8,49 @@ const PREFIX = "deepsft/focal/";
  * @typedef {{ focal: number, spread: number | null }} Calibration
  */
 
-/**
- * What was read or written since the page was opened; all there is where storage is blocked.
- *
- * @type {Map<string, Calibration | null>}
- */
+/** What was read or written since the page was opened; all there is where storage is blocked. @type {Map<string, Calibration | null>} */
 const known = new Map();
-
-/** @param {(storage: Storage) => void} action left undone where there is no storage, it is full or forbidden */
-function withStorage(action) {
-  try {
-    action(self.localStorage);
-  } catch {
-    // The calibration then lasts as long as the page.
-  }
-}
-
-/** @param {string | null} text focal length and deviation, or the focal length alone, as earlier versions wrote it */
-function parsed(text) {
-  const [focal, spread] = (text ?? "").split(" ").map(Number);
-  if (!(Number.isFinite(focal) && focal > 0)) return null;
-  return { focal, spread: Number.isFinite(spread) && spread > 0 ? spread : null };
-}
 
 /** @param {string} key */
 export function readCalibration(key) {
-  if (!known.has(key)) {
-    known.set(key, null);
-    withStorage((storage) => known.set(key, parsed(storage.getItem(PREFIX + key))));
-  }
-  return known.get(key) ?? null;
+  const kept = known.get(key);
+  if (kept !== undefined) return kept;
+  const text = inStorage((storage) => storage.getItem(PREFIX + key)) ?? "";
+  const [focal, spread] = text.split(" ").map(Number);
+  const isThere = Number.isFinite(focal) && focal > 0;
+  const calibration = isThere ? { focal, spread: Number.isFinite(spread) && spread > 0 ? spread : null } : null;
+  known.set(key, calibration);
+  return calibration;
 }
 
 /**
+ * Keeps a calibration unless a surer one is kept: both deviations are known, and that one's is the smaller part of its focal length.
+ *
  * @param {string} key
  * @param {Calibration | null} calibration null forgets
+ * @returns {boolean} whether it is what is kept now
  */
-export function writeCalibration(key, calibration) {
+export function keepCalibration(key, calibration) {
+  const [kept, spread] = [readCalibration(key), calibration?.spread ?? null];
+  if (calibration && kept && kept.spread !== null && spread !== null && kept.spread / kept.focal < spread / calibration.focal) return false;
   known.set(key, calibration);
-  withStorage((storage) => {
+  inStorage((storage) => {
     if (calibration === null) storage.removeItem(PREFIX + key);
     else storage.setItem(PREFIX + key, [calibration.focal, calibration.spread ?? []].flat().join(" "));
   });
+  return true;
 }
 
 /**
- * Whether one calibration is surer than another: both deviations are known, and its own is the smaller part of the focal length.
+ * Does something with the browser's storage; where it is not there, full or forbidden, a calibration lasts as long as the page.
  *
- * @param {Calibration} one
- * @param {Calibration} other
+ * @template T
+ * @param {(storage: Storage) => T} action
  */
-export function isSurer(one, other) {
-  return one.spread !== null && other.spread !== null && one.spread / one.focal < other.spread / other.focal;
+function inStorage(action) {
+  try {
+    return action(self.localStorage);
+  } catch {
+    return null;
+  }
 }

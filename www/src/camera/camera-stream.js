@@ -2,7 +2,7 @@
 
 import { unlessAborted } from "../abort.js";
 import { DeepSftError, asDeepSftError } from "../error.js";
-import { isSurer, readCalibration, writeCalibration } from "./calibration-store.js";
+import { keepCalibration, readCalibration } from "./calibration-store.js";
 import { centredCamera, estimatedCamera } from "./intrinsics.js";
 import { facingOf, requestCamera, requestFacing, requestStream, stopStream } from "./request.js";
 
@@ -104,18 +104,17 @@ export class CameraStream extends EventTarget {
     return this.#video;
   }
 
-  /** Aborted when it was closed, or is lost. */
+  /** Aborted when it was closed, or is lost, with why. */
   get signal() {
     return this.#listening.signal;
   }
 
   /** Plays the stream; called by {@link openCamera}. */
   async start() {
-    const video = this.#video;
     const { signal } = this.#listening;
+    const video = this.#video;
     video.playsInline = true;
-    video.muted = true;
-    video.autoplay = true;
+    Object.assign(video, { muted: true, autoplay: true });
     video.addEventListener("resize", () => this.dispatchEvent(new Event("resize")), { signal });
     const returned = () => {
       if (document.visibilityState === "hidden") return;
@@ -166,12 +165,7 @@ export class CameraStream extends EventTarget {
    * @returns {boolean} whether it is what is kept now
    */
   calibrate(width, height, focal, spread = null) {
-    const key = this.#calibrationKey(width, height);
-    const found = focal === null ? null : { focal, spread };
-    const kept = readCalibration(key);
-    if (found && kept && isSurer(kept, found)) return false;
-    writeCalibration(key, found);
-    return true;
+    return keepCalibration(this.#calibrationKey(width, height), focal === null ? null : { focal, spread });
   }
 
   /**
@@ -200,7 +194,7 @@ export class CameraStream extends EventTarget {
 
   /** Ends the stream and frees the camera. */
   close() {
-    this.#listening.abort();
+    this.#listening.abort(new DeepSftError("closed", "The camera was closed."));
     this.#letGo();
     if (this.#video.srcObject === this.#stream) this.#video.srcObject = null;
   }
@@ -212,34 +206,25 @@ export class CameraStream extends EventTarget {
 
   /** @param {{ deviceId: string } | { facing: Facing }} wanted */
   async #switch(wanted) {
-    this.#requireRunning();
+    const { signal } = this;
+    signal.throwIfAborted();
     const openFormer = this.#again();
     // Phones open one camera at a time.
     this.#letGo();
     try {
       await this.#playNew(await ("deviceId" in wanted ? requestCamera(wanted.deviceId) : requestFacing(wanted.facing)));
     } catch (error) {
-      this.#requireRunning();
+      signal.throwIfAborted();
       this.#letGo();
       try {
         await this.#playNew(await openFormer());
       } catch (cause) {
-        this.#requireRunning();
+        signal.throwIfAborted();
         throw this.#lose(lostError(cause));
       }
       throw error;
     }
     this.dispatchEvent(new Event("switched"));
-  }
-
-  /** Why nothing of it plays any more. */
-  get #ended() {
-    return this.error ?? new DeepSftError("closed", "The camera was closed.");
-  }
-
-  /** @throws {DeepSftError} once closed or lost */
-  #requireRunning() {
-    if (this.#listening.signal.aborted) throw this.#ended;
   }
 
   /** Ends the stream that plays, which is not told as its loss. */
@@ -250,8 +235,8 @@ export class CameraStream extends EventTarget {
 
   /** Plays a stream in place of one that has ended, unless nobody wants it any more. @param {MediaStream} stream */
   async #playNew(stream) {
-    if (this.#listening.signal.aborted) stopStream(stream);
-    this.#requireRunning();
+    if (this.signal.aborted) stopStream(stream);
+    this.signal.throwIfAborted();
     await this.#play(stream);
   }
 
@@ -281,7 +266,7 @@ export class CameraStream extends EventTarget {
     const clocks = [];
     const shown = new Promise((resolve, reject) => {
       track.addEventListener("ended", () => reject(this.#end()), { signal });
-      signal.addEventListener("abort", () => reject(this.#ended));
+      signal.addEventListener("abort", () => reject(this.signal.reason));
       video.addEventListener("loadeddata", resolve, { once: true, signal });
       const muted = () => track.muted && (this.#interrupt(), resolve(undefined));
       const nothing = new DeepSftError("camera-busy", "The camera was opened, but gives no picture.");
@@ -322,8 +307,7 @@ export class CameraStream extends EventTarget {
 
   /** Plays on after an interruption; one attempt at a time. */
   #resume() {
-    if (document.visibilityState === "hidden" || this.error || this.#listening.signal.aborted) return null;
-    if (this.#switching) return null;
+    if (document.visibilityState === "hidden" || this.#switching || this.signal.aborted) return null;
     const attempt = async () => {
       try {
         if (this.#track.readyState === "ended") await this.#reopen();
@@ -332,10 +316,10 @@ export class CameraStream extends EventTarget {
         if (this.#video.paused) await this.#video.play().catch(() => undefined);
         if (!(await this.#showsFrames())) await this.#reopen();
       } catch (error) {
-        if (!this.#listening.signal.aborted && document.visibilityState !== "hidden") this.#lose(lostError(error));
+        if (!this.signal.aborted && document.visibilityState !== "hidden") this.#lose(lostError(error));
         return;
       }
-      if (!this.interrupted || this.#track.muted || this.#listening.signal.aborted) return;
+      if (!this.interrupted || this.#track.muted || this.signal.aborted) return;
       this.interrupted = false;
       this.dispatchEvent(new Event("resumed"));
     };
@@ -354,7 +338,7 @@ export class CameraStream extends EventTarget {
         if (waitMs === null || asDeepSftError(error).code !== "camera-busy" || document.visibilityState === "hidden") throw error;
         stopStream(this.#stream);
         await new Promise((resolve) => setTimeout(resolve, waitMs));
-        this.#requireRunning();
+        this.signal.throwIfAborted();
       }
     }
   }
@@ -371,9 +355,10 @@ export class CameraStream extends EventTarget {
 
   #lose(error = lostError()) {
     this.error = error;
+    this.#listening.abort(error);
     this.close();
     this.dispatchEvent(new Event("lost"));
-    return this.error;
+    return error;
   }
 
   /**

@@ -49,14 +49,12 @@ export function imageFromCanonical(camera, x, y, focal = CANONICAL_FOCAL) {
  * @returns {Float32Array} (x, y) each, pixels times the scale
  */
 export function verticesInImage(vertices, camera, scale = 1) {
-  const { width, height } = canonicalSize(camera);
   const points = new Float32Array((2 * vertices.length) / 3);
   for (let i = 0; 2 * i < points.length; i++) {
-    const perMm = CANONICAL_FOCAL / vertices[3 * i + 2];
-    const [column, row] = [vertices[3 * i] * perMm + width / 2, vertices[3 * i + 1] * perMm + height / 2];
-    const [x, y] = imageFromCanonical(camera, column, row);
-    points[2 * i] = x * scale;
-    points[2 * i + 1] = y * scale;
+    const depth = vertices[3 * i + 2];
+    const [x, y] = distorted(camera, vertices[3 * i] / depth, vertices[3 * i + 1] / depth);
+    points[2 * i] = scale * (x * camera.fx + camera.cx);
+    points[2 * i + 1] = scale * (y * camera.fy + camera.cy);
   }
   return points;
 }

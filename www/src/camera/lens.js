@@ -1,12 +1,8 @@
 // How lenses bend rays: OpenCV's two models, as the Rust side's `Lens` has them.
 
-/**
- * A lens: that of a `Camera`. Without coefficients it bends nothing.
- *
- * @typedef {object} Lens
- * @property {readonly number[]} [distortion] (k1, k2, p1, p2, k3)
- * @property {readonly number[]} [fisheye] (k1, k2, k3, k4), in place of `distortion`
- */
+/** @import { Camera } from "./intrinsics.js" */
+
+/** A camera's lens. Without coefficients it bends nothing. @typedef {Pick<Camera, "distortion" | "fisheye">} Lens */
 
 /** Squared length of the longest rays (x, y, 1) that a polynomial is checked for: 89.4 degrees from the axis. */
 const LONGEST_RAY_SQUARED = 1e4;
@@ -96,8 +92,11 @@ export function distorted(lens, x, y) {
   const within = Math.min(length, reachOf(lens));
   const [radius] = radiusAt(lens, lens.fisheye ? Math.atan(within) : within);
   const factor = (radius + length - within) / length;
-  const [dx, dy] = tangential(lens, (x * within) / length, (y * within) / length);
-  return [x * factor + dx, y * factor + dy];
+  if (lens.fisheye || !lens.distortion) return [x * factor, y * factor];
+  const [, , p1, p2] = lens.distortion;
+  const [px, py] = [(x * within) / length, (y * within) / length];
+  const r2 = px * px + py * py;
+  return [x * factor + 2 * p1 * px * py + p2 * (r2 + 2 * px * px), y * factor + p1 * (r2 + 2 * py * py) + 2 * p2 * px * py];
 }
 
 /**
@@ -161,20 +160,6 @@ function radiusAt(lens, r) {
 function slopeOf({ fisheye, distortion }) {
   const [k1, k2, , , k3] = distortion ?? [0, 0, 0, 0, 0];
   return [1, ...(fisheye ?? [k1, k2, k3]).map((k, i) => (2 * i + 3) * k)];
-}
-
-/**
- * What OpenCV's p1 and p2 add.
- *
- * @param {Lens} lens
- * @param {number} x
- * @param {number} y
- */
-function tangential({ fisheye, distortion }, x, y) {
-  if (fisheye || !distortion) return [0, 0];
-  const [, , p1, p2] = distortion;
-  const r2 = x * x + y * y;
-  return [2 * p1 * x * y + p2 * (r2 + 2 * x * x), p1 * (r2 + 2 * y * y) + 2 * p2 * x * y];
 }
 
 /** Of the lens that was asked for last: places are asked for by the thousand. */

@@ -20,22 +20,19 @@ const PICTURE = { width: { ideal: 1280 }, height: { ideal: 720 }, frameRate: { i
 const BUSY = ["camera-busy", "The camera is in use by another program or tab, or failed to start."];
 /** What a refusal of `getUserMedia` means, by its name. @type {Readonly<Record<string, () => [DeepSftErrorCode, string]>>} */
 const REFUSALS = {
-  NotAllowedError: () =>
-    isBlocked()
+  NotAllowedError() {
+    const { featurePolicy } = /** @type {{ featurePolicy?: { allowsFeature(name: string): boolean } }} */ (document);
+    // Where the browser tells of policies.
+    return featurePolicy?.allowsFeature("camera") === false
       ? ["camera-blocked", 'The page may not use the camera: the page around this frame has to allow it (allow="camera"), or the server\'s Permissions-Policy.']
-      : ["camera-denied", "The camera was not allowed. Allow it for this site in the settings of the browser, then try again."],
+      : ["camera-denied", "The camera was not allowed. Allow it for this site in the settings of the browser, then try again."];
+  },
   NotFoundError: () => ["camera-not-found", "No camera was found. Plug one in and try again."],
   NotReadableError: () => BUSY,
   AbortError: () => BUSY,
   OverconstrainedError: () => ["camera-constraints", "No camera here can deliver a usable picture."],
   SecurityError: noDevices,
 };
-
-/** Whether a policy keeps the camera from this page, where the browser tells. */
-function isBlocked() {
-  const { featurePolicy } = /** @type {{ featurePolicy?: { allowsFeature(name: string): boolean } }} */ (document);
-  return featurePolicy?.allowsFeature("camera") === false;
-}
 
 /** Why a browser offers no cameras at all. @returns {[DeepSftErrorCode, string]} */
 function noDevices() {
@@ -106,7 +103,7 @@ export function requestCamera(deviceId) {
 }
 
 /**
- * A stream of a camera that looks this way; of several back cameras the main one.
+ * A stream of a camera that looks this way; of several back cameras the main one, where the browser tells them apart.
  *
  * @param {Facing} facing
  * @param {"exact" | "ideal"} [strictness] whether one that looks another way will not do
@@ -115,7 +112,13 @@ export function requestCamera(deviceId) {
 export async function requestFacing(facing, strictness = "exact") {
   const which = { facingMode: { [strictness]: facing } };
   const stream = await requestFirst([{ ...which, ...PICTURE }, which, ...(strictness === "ideal" ? [{}] : [])]);
-  return facing === "environment" ? preferMainCamera(stream) : stream;
+  if (facing !== "environment") return stream;
+  const current = stream.getVideoTracks()[0].getSettings().deviceId;
+  const main = mainBackCamera(await navigator.mediaDevices.enumerateDevices().catch(() => []), current);
+  if (main === null || current === undefined) return stream;
+  // Phones open one camera at a time; the first one comes back when the main one does not open.
+  stopStream(stream);
+  return requestCamera(main).catch(() => requestCamera(current));
 }
 
 /**
@@ -131,28 +134,9 @@ export function facingOf(device) {
   return /\bfront\b/i.test(device.label) ? "user" : "";
 }
 
-/**
- * What a camera can do; nothing where the browser does not tell.
- *
- * @param {MediaDeviceInfo} device
- */
+/** What a camera can do; nothing where the browser does not tell. @param {MediaDeviceInfo} device */
 function capabilitiesOf(device) {
   return /** @type {Partial<InputDeviceInfo>} */ (device).getCapabilities?.() ?? {};
-}
-
-/**
- * The main back camera instead of a wide or zoom one, where the browser tells them apart. The first stream comes back when
- * the main camera does not open.
- *
- * @param {MediaStream} stream
- */
-async function preferMainCamera(stream) {
-  const current = stream.getVideoTracks()[0].getSettings().deviceId;
-  const main = mainBackCamera(await navigator.mediaDevices.enumerateDevices().catch(() => []), current);
-  if (main === null || current === undefined) return stream;
-  // Phones open one camera at a time.
-  stopStream(stream);
-  return requestCamera(main).catch(() => requestCamera(current));
 }
 
 /** Names of lenses that are not the main one, and of cameras that change between lenses, as Apple and others call them in English. */

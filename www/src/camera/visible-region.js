@@ -12,13 +12,14 @@ const MIN_BEYOND = 1.05;
 const BORDER_PLACES = 16;
 
 /**
- * Focal length of the widest canonical image that may stand for a camera's: as short as the image reaches beyond the training camera's.
+ * The part of a camera's image that the network sees, pixels: the widest canonical image's rectangle, of a lens that distorts the one
+ * through the middle of its sides, cut to the image. All but very wide images are seen whole.
  *
  * @param {Camera} camera
- * @returns {number} pixels
  */
-function widestFocal(camera) {
+export function visibleRegion(camera) {
   const { width, height } = canonicalSize(camera);
+  // The widest canonical image has a focal length as short as the camera's image reaches beyond the training camera's.
   let scale = 1;
   for (let k = 0; k <= BORDER_PLACES; k++) {
     const [x, y] = [(camera.width * k) / BORDER_PLACES, (camera.height * k) / BORDER_PLACES];
@@ -29,18 +30,7 @@ function widestFocal(camera) {
       scale = Math.min(scale, Number.isFinite(beyond) ? 1 / beyond : 0);
     }
   }
-  return CANONICAL_FOCAL * (scale * MIN_BEYOND >= 1 ? 1 : Math.max(scale, MIN_SCALE));
-}
-
-/**
- * The part of a camera's image that the network sees, pixels: the widest canonical image's rectangle, of a lens that distorts the one
- * through the middle of its sides, cut to the image. All but very wide images are seen whole.
- *
- * @param {Camera} camera
- */
-export function visibleRegion(camera) {
-  const { width, height } = canonicalSize(camera);
-  const focal = widestFocal(camera);
+  const focal = CANONICAL_FOCAL * (scale * MIN_BEYOND >= 1 ? 1 : Math.max(scale, MIN_SCALE));
   const [[left], [right]] = [0, width].map((x) => imageFromCanonical(camera, x, height / 2, focal));
   const [[, top], [, bottom]] = [0, height].map((y) => imageFromCanonical(camera, width / 2, y, focal));
   return {

@@ -5,6 +5,8 @@ import { fileIn } from "../address.js";
 import { DeepSftError } from "../error.js";
 import { KeptFiles, hasHash } from "./kept-files.js";
 
+/** @import { LoadOptions } from "../deepsft.js" */
+
 /**
  * How far loading has come. `engine` is the WebAssembly module, `model` the bundle, `start` the time in which
  * the device starts and the first, slow, frame runs. `totalBytes` is null where the server does not say.
@@ -15,7 +17,8 @@ import { KeptFiles, hasHash } from "./kept-files.js";
  * @property {number | null} totalBytes
  */
 
-const MODEL_FILE = "model.json";
+/** What describes a model, in its folder. */
+export const MODEL_FILE = "model.json";
 const SHA256 = /^[0-9a-f]{64}$/;
 
 /**
@@ -40,13 +43,9 @@ export async function fetchBytes(url, signal, { onBytes = () => undefined, ...re
     const response = await fetch(url, { signal, ...request });
     if (!response.ok)
       throw new DeepSftError("model-load", `${url} could not be fetched: the server answered ${response.status}.`);
-    const counter = new TransformStream({
-      transform(chunk, controller) {
-        onBytes(chunk.byteLength);
-        controller.enqueue(chunk);
-      },
-    });
-    return new Uint8Array(await new Response(response.body?.pipeThrough(counter)).arrayBuffer());
+    const counted = response.clone().body?.pipeTo(new WritableStream({ write: ({ byteLength }) => onBytes(byteLength) }));
+    const [bytes] = await Promise.all([response.arrayBuffer(), counted]);
+    return new Uint8Array(bytes);
   } catch (error) {
     signal?.throwIfAborted();
     if (error instanceof DeepSftError) throw error;
@@ -88,11 +87,7 @@ function listedFiles(manifest, url) {
  * taken from what this browser keeps, where their hashes are the same.
  *
  * @param {URL} folder ends in "/"
- * @param {object} [options]
- * @param {(progress: LoadProgress) => void} [options.onProgress]
- * @param {AbortSignal} [options.signal]
- * @param {boolean} [options.keep] whether to keep the files in this browser, and take what it keeps
- * @param {HeadersInit} [options.headers] of each request
+ * @param {Pick<LoadOptions, "onProgress" | "signal" | "keep" | "headers">} [options]
  * @returns {Promise<Map<string, Uint8Array>>} file name (relative, "/") to content
  * @throws {DeepSftError} `model-load`, `model-corrupt`
  */
@@ -100,7 +95,8 @@ export async function fetchBundle(folder, { onProgress, signal, keep = true, hea
   const manifestUrl = fileIn(folder, MODEL_FILE);
   const manifest = await fetchBytes(manifestUrl, signal, { cache: "no-cache", headers });
   const listed = listedFiles(manifest, manifestUrl);
-  const kept = await KeptFiles.open(folder, keep);
+  const kept = new KeptFiles(folder);
+  if (keep) await kept.open();
   const totalBytes = [...listed.values()].reduce((sum, { size }) => sum + size, 0);
   let loadedBytes = 0;
   const onBytes = (/** @type {number} */ length) => {
@@ -110,31 +106,24 @@ export async function fetchBundle(folder, { onProgress, signal, keep = true, hea
   onBytes(0);
   const contents = await Promise.all(
     [...listed].map(async ([name, { sha256 }]) => {
-      const known = sha256 && (await kept.take(name, sha256));
-      if (known) onBytes(known.byteLength);
-      const bytes = known || (await fetchListed(fileIn(folder, name), sha256, signal, { onBytes, headers }));
-      if (!known && sha256) await kept.keep(name, sha256, bytes);
+      let bytes = sha256 && (await kept.take(name, sha256));
+      if (bytes) onBytes(bytes.byteLength);
+      else {
+        const url = fileIn(folder, name);
+        bytes = await fetchBytes(url, signal, { onBytes, headers });
+        // Insecure pages cannot compute hashes; the engine will.
+        if (sha256 && crypto.subtle && !(await hasHash(bytes, sha256))) {
+          // The browser's HTTP cache gave that of another version: once more from the server itself.
+          onBytes(-bytes.byteLength);
+          bytes = await fetchBytes(url, signal, { onBytes, headers, cache: "reload" });
+        }
+        if (sha256) await kept.keep(name, sha256, bytes);
+      }
       return /** @type {const} */ ([name, bytes]);
     }),
   );
-  await kept.drop(new Map([...listed].flatMap(([name, { sha256 }]) => (sha256 ? [[name, sha256]] : []))));
+  await kept.dropOthers(listed);
   return new Map([[MODEL_FILE, manifest], ...contents]);
-}
-
-/**
- * Fetches a file of a bundle; once more from the server itself where the browser's HTTP cache gave that of another version.
- *
- * @param {URL} url
- * @param {string | null} sha256
- * @param {AbortSignal | undefined} signal
- * @param {{ onBytes: (bytes: number) => void, headers?: HeadersInit }} options
- */
-async function fetchListed(url, sha256, signal, options) {
-  const bytes = await fetchBytes(url, signal, options);
-  // Insecure pages cannot compute it; the engine will.
-  if (!sha256 || !crypto.subtle || (await hasHash(bytes, sha256))) return bytes;
-  options.onBytes(-bytes.byteLength);
-  return fetchBytes(url, signal, { ...options, cache: "reload" });
 }
 
 /**

@@ -5,6 +5,7 @@ import { DeepSftError } from "../error.js";
 import { readFrame } from "../frames/frame-pixels.js";
 import { closeFrame, decodedPixels } from "../frames/image-input.js";
 import { addSource } from "../targets/add-source.js";
+import { MODEL_TARGET } from "../targets/target.js";
 import { COPY_AGAIN, VERSION } from "../version.js";
 import { probeWebGpu } from "./webgpu.js";
 
@@ -13,9 +14,6 @@ import { probeWebGpu } from "./webgpu.js";
 /** @import { EngineInfo, MeshRequest, RawEstimate, StartRequest, TargetRequest } from "./engine-worker.js" */
 
 /** What is looked at, and its fx, fy, cx, cy, k1, k2, p1, p2, k3. @typedef {{ frame: ImageBitmap | ImageData, intrinsics: number[] }} Looked */
-
-/** Number of the model's target. */
-const MODEL_TARGET = 0;
 
 /** So much of a photograph's file is looked through, bytes: what it tells of its camera is near its beginning. */
 const MAX_FILE_BYTES = 1 << 24;

@@ -1,12 +1,13 @@
 // The engine's side of the contract: what the worker and the page say to each other.
 
 import { DeepSftError } from "../error.js";
-import { WorkerCalls } from "./worker-calls.js";
 
+/** @import { DeepSftErrorCode, LoadOptions } from "../index.js" */
 /** @import { Engine, RawEstimate as EngineEstimate } from "../../pkg/deepsft_web.js" */
-/** @import { LoadProgress } from "./bundle.js" */
-/** @import { DeepSftErrorCode } from "../error.js" */
 /** @import { TargetSource } from "../targets/target-source.js" */
+/** @import { WorkerCalls } from "./worker-calls.js" */
+
+/** The worker that finds targets. @typedef {WorkerCalls<typeof import("./engine-host.js")>} EngineWorker */
 
 /**
  * What runs the network.
@@ -69,18 +70,22 @@ const MOVED_BY_VITE = /\/\.vite\//;
  * counted on a copy.
  *
  * @param {URL} url
- * @param {object} [options]
- * @param {(progress: LoadProgress) => void} [options.onProgress]
- * @param {AbortSignal} [options.signal]
+ * @param {Pick<LoadOptions, "onProgress" | "signal">} [options]
  * @throws {DeepSftError} `engine-load`
  */
 export async function compileEngine(url, { onProgress, signal } = {}) {
   try {
     const response = await fetch(url, { signal });
     if (!response.ok) throw new Error(`the server answered ${response.status}`);
-    const counted = onProgress && countBytes(response.clone(), onProgress);
+    const { headers, body } = response.clone();
+    // Content-Length counts compressed bytes when the server compresses; then the total is unknown.
+    const length = headers.has("content-encoding") ? null : headers.get("content-length");
+    const totalBytes = length === null ? null : Number(length);
+    let loadedBytes = 0;
+    const write = (/** @type {Uint8Array} */ { byteLength }) => onProgress?.({ phase: "engine", loadedBytes: (loadedBytes += byteLength), totalBytes });
+    const counted = body?.pipeTo(new WritableStream({ write }));
     // Some servers do not know the type; then the browser compiles only bytes.
-    const isTyped = /^application\/wasm$/i.test(response.headers.get("content-type") ?? "");
+    const isTyped = /^application\/wasm$/i.test(headers.get("content-type") ?? "");
     const compiled = isTyped
       ? WebAssembly.compileStreaming(response)
       : response.arrayBuffer().then((bytes) => WebAssembly.compile(bytes));
@@ -96,36 +101,4 @@ export async function compileEngine(url, { onProgress, signal } = {}) {
       cause: error,
     });
   }
-}
-
-/**
- * @param {Response} response read to its end
- * @param {(progress: LoadProgress) => void} onProgress
- */
-function countBytes({ headers, body }, onProgress) {
-  // Content-Length counts compressed bytes when the server compresses; then the total is unknown.
-  const length = headers.has("content-encoding") ? null : headers.get("content-length");
-  const totalBytes = length === null ? null : Number(length);
-  let loadedBytes = 0;
-  return body?.pipeTo(
-    new WritableStream({
-      write({ byteLength }) {
-        loadedBytes += byteLength;
-        onProgress({ phase: "engine", loadedBytes, totalBytes });
-      },
-    }),
-  );
-}
-
-/** The worker that finds targets. @extends {WorkerCalls<typeof import("./engine-host.js")>} */
-export class EngineWorker extends WorkerCalls {
-  start = this.calls("start");
-  addTarget = this.calls("addTarget");
-  removeTarget = this.calls("removeTarget");
-  readScan = this.calls("readScan");
-  exifFocal = this.calls("exifFocal");
-  find = this.calls("find");
-  estimate = this.calls("estimate");
-  flatten = this.calls("flatten");
-  mesh = this.calls("mesh");
 }

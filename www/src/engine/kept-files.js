@@ -8,49 +8,39 @@ const CACHE = "deepsft-models";
  */
 export class KeptFiles {
   #folder;
-  #cache;
+  /** @type {Cache | null} */
+  #cache = null;
 
-  /**
-   * @param {URL} folder
-   * @param {Cache | null} cache
-   */
-  constructor(folder, cache) {
+  /** @param {URL} folder of the files */
+  constructor(folder) {
     this.#folder = folder;
-    this.#cache = cache;
   }
 
-  /**
-   * @param {URL} folder of the files
-   * @param {boolean} wanted
-   */
-  static async open(folder, wanted) {
+  /** Opens the storage, before which nothing is there. */
+  async open() {
     try {
-      // In a sandboxed frame to ask for the storage is an error already.
-      const isPossible = wanted && typeof caches !== "undefined" && crypto.subtle !== undefined;
-      return new KeptFiles(folder, isPossible ? await caches.open(CACHE) : null);
+      // Without hashes none would be known again. In a sandboxed frame to ask for the storage is an error already.
+      if (crypto.subtle) this.#cache = await caches.open(CACHE);
     } catch {
-      return new KeptFiles(folder, null);
+      // Each file is fetched.
     }
   }
 
   /**
-   * A kept file; one that is damaged is thrown away.
+   * A kept file; null where there is none, or one that is damaged, in whose place a good one is kept then.
    *
    * @param {string} name
    * @param {string} sha256 of its content, hexadecimal
    */
   async take(name, sha256) {
-    const key = this.#key(name, sha256);
     try {
-      const response = await this.#cache?.match(key);
-      if (!response) return null;
-      const bytes = new Uint8Array(await response.arrayBuffer());
-      if (await hasHash(bytes, sha256)) return bytes;
-      await this.#cache?.delete(key);
+      const response = await this.#cache?.match(this.#key(name, sha256));
+      const bytes = response && new Uint8Array(await response.arrayBuffer());
+      return bytes && (await hasHash(bytes, sha256)) ? bytes : null;
     } catch {
       // A storage that fails is one that holds nothing.
+      return null;
     }
-    return null;
   }
 
   /**
@@ -68,10 +58,10 @@ export class KeptFiles {
   /**
    * Throws away what the model held before. Folders that it has no file in now may be another model's.
    *
-   * @param {Map<string, string>} hashes by name, of the files that the model holds now
+   * @param {Map<string, { sha256: string | null }>} files that the model holds now, by name
    */
-  async drop(hashes) {
-    const current = new Set([...hashes].map(([name, sha256]) => this.#key(name, sha256)));
+  async dropOthers(files) {
+    const current = new Set([...files].map(([name, { sha256 }]) => this.#key(name, sha256)));
     const folderOf = (/** @type {string} */ url) => new URL(".", url).href;
     const folders = new Set([...current, this.#key("", "")].map(folderOf));
     try {
@@ -84,7 +74,7 @@ export class KeptFiles {
 
   /**
    * @param {string} name
-   * @param {string} sha256
+   * @param {string | null} sha256
    */
   #key(name, sha256) {
     return new URL(`${name}?sha256=${sha256}`, this.#folder).href;

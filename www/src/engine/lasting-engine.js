@@ -2,9 +2,11 @@
 
 import { unlessAborted } from "../abort.js";
 import { DeepSftError, asDeepSftError } from "../error.js";
-import { EngineWorker } from "./engine-worker.js";
+import { MODEL_TARGET } from "../targets/target.js";
+import { MODEL_FILE } from "./bundle.js";
+import { WorkerCalls } from "./worker-calls.js";
 
-/** @import { EngineInfo, StartRequest, TargetDescription } from "./engine-worker.js" */
+/** @import { EngineInfo, EngineWorker, StartRequest, TargetDescription } from "./engine-worker.js" */
 /** @import { TargetSource } from "../targets/target-source.js" */
 
 /**
@@ -22,76 +24,49 @@ import { EngineWorker } from "./engine-worker.js";
 const EARLY_MS = 60_000;
 /** After so many early losses in a row the CPU does the work. */
 const MAX_EARLY_LOSSES = 3;
+/** What of a model's files, beside the first, its target is made of. */
+const TEMPLATE_FOLDER = "template/";
 
 /** An engine that outlives the loss of its GPU and the death of its worker, with its targets. */
 export class LastingEngine {
-  #plan;
   /** @type {EngineWorker} */
   #worker;
-  /** @type {EngineInfo} */
-  #info;
-  /** Those that were added, by number. @type {Map<number, TargetSource>} */
-  #sources = new Map();
   /** When the engine was last started, milliseconds. */
   #startedAt = Date.now();
   /** How often in a row the GPU was lost soon after that. */
   #earlyLosses = 0;
   /** @type {Promise<void> | null} settles when the engine has been started again */
   #restarting = null;
-  #closed = false;
+  /** What its targets are made of, by number. @type {Map<number, TargetSource>} */
+  sources = new Map();
+  closed = false;
 
   /**
-   * Use {@link LastingEngine.start}.
-   *
    * @param {StartPlan} plan
-   * @param {StartedEngine} started
+   * @param {StartedEngine} started with it
    */
   constructor(plan, { worker, info, model }) {
-    this.#plan = plan;
+    this.plan = plan;
     this.#worker = worker;
-    this.#info = info;
-    /** The model's target, number 0; null without a model. */
+    this.info = info;
+    /** The model's target; null without a model. */
     this.model = model;
-  }
-
-  /**
-   * @param {StartPlan} plan
-   * @param {AbortSignal | undefined} signal
-   * @throws {DeepSftError}
-   */
-  static async start(plan, signal) {
-    return new LastingEngine(plan, await startEngine(plan, signal));
-  }
-
-  get info() {
-    return this.#info;
-  }
-
-  get closed() {
-    return this.#closed;
-  }
-
-  /**
-   * @param {number} id
-   * @param {TargetSource} source
-   * @throws {DeepSftError} `target-unusable`, `model-version`, `closed`
-   */
-  async addTarget(id, source) {
-    const description = await this.run((worker) => worker.addTarget({ id, source }));
-    this.#sources.set(id, source);
-    return description;
+    const { files } = plan.request;
+    if (!files) return;
+    const needed = [...files].filter(([name]) => name === MODEL_FILE || name.startsWith(TEMPLATE_FOLDER));
+    this.sources.set(MODEL_TARGET, { kind: "model", files: new Map(needed) });
   }
 
   /** @param {number} id */
   removeTarget(id) {
-    this.#sources.delete(id);
+    this.sources.delete(id);
     // An engine that has ended has no targets either.
-    this.#worker.removeTarget({ id }).catch(() => undefined);
+    this.#worker.call("removeTarget", { id }).catch(() => undefined);
   }
 
   /** Stops the worker; what is under way rejects with `closed`. */
   close() {
-    this.#closed = true;
+    this.closed = true;
     this.#worker.terminate(closedError());
   }
 
@@ -103,13 +78,13 @@ export class LastingEngine {
    */
   async run(work) {
     for (let deaths = 0; ; ) {
-      if (this.#closed) throw closedError();
+      if (this.closed) throw closedError();
       const worker = this.#worker;
       try {
         return await work(worker);
       } catch (error) {
         const isLoss = asDeepSftError(error).code === "gpu-lost";
-        if (this.#closed || !(isLoss || worker.hasEnded)) throw error;
+        if (this.closed || !(isLoss || worker.hasEnded)) throw error;
         // Another call may have seen it before.
         if (worker === this.#worker)
           await (this.#restarting ??= this.#restart(error).finally(() => (this.#restarting = null)));
@@ -130,21 +105,18 @@ export class LastingEngine {
     const { code } = asDeepSftError(reason);
     if (code === "gpu-lost") this.#earlyLosses = Date.now() - this.#startedAt < EARLY_MS ? this.#earlyLosses + 1 : 0;
     const isBroken = this.#earlyLosses >= MAX_EARLY_LOSSES;
-    const { request } = this.#plan;
+    const { request } = this.plan;
     const message = `The GPU was lost ${MAX_EARLY_LOSSES} times in a row, each time within a minute of its start.`;
     if (isBroken && request.device !== "auto") throw new DeepSftError("gpu-lost", message, { cause: reason });
     /** @type {StartedEngine | undefined} */
     let started;
     try {
       const device = isBroken ? "cpu" : request.device;
-      started = await startEngine({ ...this.#plan, request: { ...request, device } }, undefined);
-      const added = [];
-      for (const [id, source] of this.#sources) {
-        await started.worker.addTarget({ id, source });
-        added.push(id);
-      }
+      started = await startEngine({ ...this.plan, request: { ...request, device } }, undefined);
+      const added = [...this.sources].filter(([id]) => id !== MODEL_TARGET);
+      for (const [id, source] of added) await started.worker.call("addTarget", { id, source });
       // Meanwhile some may have been removed.
-      for (const id of added) if (!this.#sources.has(id)) await started.worker.removeTarget({ id });
+      for (const [id] of added) if (!this.sources.has(id)) await started.worker.call("removeTarget", { id });
     } catch (cause) {
       started?.worker.terminate(cause);
       throw new DeepSftError(
@@ -153,11 +125,11 @@ export class LastingEngine {
         { cause },
       );
     }
-    if (this.#closed) return started.worker.terminate(closedError());
+    if (this.closed) return started.worker.terminate(closedError());
     /** @type {EngineInfo["fallback"]} */
     const fallback = isBroken ? { code: "gpu-lost", message } : started.info.fallback;
     this.#startedAt = Date.now();
-    [this.#worker, this.#info] = [started.worker, { ...started.info, fallback }];
+    [this.#worker, this.info] = [started.worker, { ...started.info, fallback }];
   }
 }
 
@@ -169,11 +141,12 @@ export class LastingEngine {
  * @param {AbortSignal | undefined} signal
  * @returns {Promise<StartedEngine>}
  */
-async function startEngine({ request, workerUrl, timeoutMs }, signal) {
+export async function startEngine({ request, workerUrl, timeoutMs }, signal) {
   signal?.throwIfAborted();
-  const worker = new EngineWorker(workerUrl, timeoutMs);
+  /** @type {EngineWorker} */
+  const worker = new WorkerCalls(workerUrl, timeoutMs);
   try {
-    return { worker, ...(await unlessAborted(worker.start(request), signal)) };
+    return { worker, ...(await unlessAborted(worker.call("start", request), signal)) };
   } catch (error) {
     worker.terminate(error);
     signal?.throwIfAborted();

@@ -112,8 +112,9 @@ export class WorkerCalls {
   #longestMs = new Map();
   #lastId = 0;
   #started = false;
-  /** @type {{ reason: unknown } | null} why no call can be answered any more */
-  #ended = null;
+  /** Why no call can be answered any more. @type {unknown} */
+  #reason;
+  hasEnded = false;
   /** So long nothing was heard while calls wait, milliseconds. */
   #silentMs = 0;
   #clock;
@@ -158,11 +159,6 @@ export class WorkerCalls {
     );
   }
 
-  /** Whether no call can be answered any more. */
-  get hasEnded() {
-    return this.#ended !== null;
-  }
-
   /**
    * Ends the worker; what is under way, and every later call, rejects with `reason`, or with that of the first end.
    *
@@ -171,30 +167,24 @@ export class WorkerCalls {
   terminate(reason) {
     clearInterval(this.#clock);
     this.#worker.terminate();
-    this.#ended ??= { reason };
+    if (!this.hasEnded) this.#reason = reason;
+    this.hasEnded = true;
     for (const { reject } of this.#waiting.values()) reject(reason);
     this.#waiting.clear();
   }
 
   /**
-   * What asks the worker to do one of its things. A bitmap or pixels that are asked about go over to it.
+   * Asks the worker to do one of its things. A bitmap or pixels that are asked about go over to it.
    *
    * @template {keyof Host & string} Method
    * @param {Method} method
-   * @returns {(request: Parameters<Host[Method]>[0]) => Promise<Awaited<ReturnType<Host[Method]>>>}
-   */
-  calls(method) {
-    return (request) => this.call(method, request);
-  }
-
-  /**
-   * @param {string} method
-   * @param {{ frame?: ImageBitmap | ImageData }} request
+   * @param {Parameters<Host[Method]>[0]} request
+   * @returns {Promise<Awaited<ReturnType<Host[Method]>>>}
    */
   call(method, request) {
-    if (this.#ended) return Promise.reject(this.#ended.reason);
+    if (this.hasEnded) return Promise.reject(this.#reason);
     const id = ++this.#lastId;
-    const { frame } = request;
+    const { frame } = /** @type {{ frame?: ImageBitmap | ImageData }} */ (request);
     try {
       this.#worker.postMessage({ id, method, request, version: VERSION }, frame ? [frame instanceof ImageBitmap ? frame : frame.data.buffer] : []);
     } catch (error) {

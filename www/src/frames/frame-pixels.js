@@ -14,16 +14,11 @@ let canvas;
 export function readFrame(frame) {
   const began = performance.now();
   const { width, height } = frame;
-  const rgba = frame instanceof ImageData ? frame.data : drawn(frame).getImageData(0, 0, width, height).data;
-  return { rgba, width, height, readMs: performance.now() - began };
-}
-
-/** @param {ImageBitmap} frame */
-function drawn(frame) {
-  const { width, height } = frame;
+  if (frame instanceof ImageData) return { rgba: frame.data, width, height, readMs: 0 };
   if (canvas?.width !== width || canvas.height !== height) canvas = new OffscreenCanvas(width, height);
   const context = canvas.getContext("2d", { willReadFrequently: true });
   if (!context) throw new DeepSftError("internal", "This browser offers no canvas to read a frame with.");
   context.drawImage(frame, 0, 0);
-  return context;
+  const { data: rgba } = context.getImageData(0, 0, width, height);
+  return { rgba, width, height, readMs: performance.now() - began };
 }

@@ -56,7 +56,15 @@ export async function transferableFrame(image) {
     const { data, width, height } = image;
     return { frame: new ImageData(new Uint8ClampedArray(data), width, height), width, height };
   }
-  if (typeof HTMLVideoElement !== "undefined" && image instanceof HTMLVideoElement) await hasPicture(image);
+  if (typeof HTMLVideoElement !== "undefined" && image instanceof HTMLVideoElement) {
+    const until = performance.now() + MAX_SEEK_MS;
+    while (image.readyState < image.HAVE_CURRENT_DATA) {
+      // While it jumps (a clip that loops jumps to its start) a picture is on its way.
+      if (!image.seeking || performance.now() > until)
+        throw new DeepSftError("image-unreadable", "The video has no picture yet; wait for its loadeddata event.");
+      await new Promise((resolve) => setTimeout(resolve, LOOK_MS));
+    }
+  }
   // One that is broken is refused below.
   if (typeof HTMLImageElement !== "undefined" && image instanceof HTMLImageElement) await image.decode().catch(() => undefined);
   let bitmap;
@@ -150,20 +158,4 @@ export async function whyUnreadable(file) {
  */
 export function closeFrame(frame) {
   if (frame instanceof ImageBitmap) frame.close();
-}
-
-/**
- * Resolves when a video shows a picture: at once, or, while it jumps (a clip that loops jumps to its start), when it
- * has arrived.
- *
- * @param {HTMLVideoElement} video
- * @throws {DeepSftError} `image-unreadable` when it has no picture and none is on its way
- */
-async function hasPicture(video) {
-  const until = performance.now() + MAX_SEEK_MS;
-  while (video.readyState < video.HAVE_CURRENT_DATA) {
-    if (!video.seeking || performance.now() > until)
-      throw new DeepSftError("image-unreadable", "The video has no picture yet; wait for its loadeddata event.");
-    await new Promise((resolve) => setTimeout(resolve, LOOK_MS));
-  }
 }

@@ -6,16 +6,12 @@ import { MAX_PIXELS } from "./image-input.js";
 /** Canvases that take turns: one whose last picture is still used would first be copied. */
 const CANVASES = 3;
 
-/**
- * The pixels that frames are converted to, and the canvases that they become pictures on.
- *
- * @typedef {{ pixels: ImageData, contexts: OffscreenCanvasRenderingContext2D[] }} Memory
- */
-
 /** Grabs the frames of a video by way of the same memory, which stays: fresh pages for each frame cost as much as the conversion. */
 export class MemoryFrames {
-  /** @type {Memory | null} */
-  #memory = null;
+  /** What frames are converted to. @type {ImageData | null} */
+  #pixels = null;
+  /** Of the canvases that they become pictures on. @type {OffscreenCanvasRenderingContext2D[]} */
+  #contexts = [];
   #turn = 0;
 
   /**
@@ -35,8 +31,12 @@ export class MemoryFrames {
       const { visibleRect } = frame;
       const asShown = visibleRect?.width === width && visibleRect.height === height && rotation === 0 && !flip;
       if (!asShown || frame.format === null || width * height > MAX_PIXELS) return null;
-      const { pixels, contexts } = this.#ofSize(width, height);
-      const context = contexts[this.#turn++ % CANVASES];
+      if (this.#pixels?.width !== width || this.#pixels.height !== height) {
+        this.#pixels = new ImageData(width, height);
+        const canvases = Array.from({ length: CANVASES }, () => new OffscreenCanvas(width, height));
+        this.#contexts = canvases.flatMap((canvas) => canvas.getContext("2d", { alpha: false, willReadFrequently: true }) ?? []);
+      }
+      const [pixels, context] = [this.#pixels, this.#contexts[this.#turn++ % CANVASES]];
       const planes = await frame.copyTo(pixels.data, /** @type {VideoFrameCopyToOptions} */ ({ format: "RGBA" }));
       // Browsers that do not convert give the planes as they lie.
       if (planes.length !== 1 || planes[0].stride !== 4 * width || frame.format.startsWith("BGR")) return null;
@@ -48,19 +48,5 @@ export class MemoryFrames {
     } finally {
       frame?.close();
     }
-  }
-
-  /**
-   * @param {number} width
-   * @param {number} height
-   */
-  #ofSize(width, height) {
-    if (this.#memory?.pixels.width === width && this.#memory.pixels.height === height) return this.#memory;
-    const contexts = Array.from({ length: CANVASES }, () => {
-      const context = new OffscreenCanvas(width, height).getContext("2d", { alpha: false, willReadFrequently: true });
-      if (!context) throw new Error("This browser offers no canvas to put frames on.");
-      return context;
-    });
-    return (this.#memory = { pixels: new ImageData(width, height), contexts });
   }
 }

@@ -16,8 +16,6 @@ export class OwnFrames {
   #newest = null;
   /** Since when the next one is waited for, ms. */
   #since = Infinity;
-  /** @type {() => void} */
-  #wake = () => undefined;
   #stopped;
   /** As of a video, which may come to play something else, and whose frames may wait or go by untaken. */
   changes = 0;
@@ -26,10 +24,15 @@ export class OwnFrames {
   /** Whether frames that come too soon wait, and are not left out. */
   isPatient = true;
 
-  /** @param {AsyncIterable<OwnFrame>} source */
-  constructor(source) {
+  /**
+   * @param {AsyncIterable<OwnFrame>} source
+   * @param {AbortSignal} signal stops it
+   */
+  constructor(source, signal) {
     this.#iterator = source[Symbol.asyncIterator]();
-    this.#stopped = new Promise((resolve) => (this.#wake = () => resolve(null)));
+    this.#stopped = new Promise((resolve) => signal.addEventListener("abort", () => resolve(null)));
+    // It may be at work on the next frame.
+    signal.addEventListener("abort", () => void Promise.resolve(this.#iterator.return?.()).catch(() => undefined));
   }
 
   /**
@@ -63,11 +66,5 @@ export class OwnFrames {
   /** Why. @returns {import("./video-frames.js").StallReason} */
   get silence() {
     return "waiting";
-  }
-
-  stop() {
-    this.#wake();
-    // It may be at work on the next frame.
-    void Promise.resolve(this.#iterator.return?.()).catch(() => undefined);
   }
 }

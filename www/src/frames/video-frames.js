@@ -16,8 +16,8 @@ const SILENT_MS = 1000;
 /** Tells when a video shows a frame that was not taken yet. */
 export class VideoFrames {
   #video;
+  #signal;
   #memory;
-  #stopped = false;
   /** Clock time of the newest frame, ms, while it is untaken. @type {number | null} */
   #shownAt = null;
   /** When a frame last came, and when the browser last told of one, ms. */
@@ -33,19 +33,22 @@ export class VideoFrames {
   missedAt = -Infinity;
   /** Whether frames that come too soon wait, and are not left out. */
   isPatient = false;
-  #onEmptied = () => {
-    this.changes++;
-    this.#shownAt = null;
-  };
 
   /**
    * @param {HTMLVideoElement} video
+   * @param {AbortSignal} signal stops it
    * @param {boolean} [software] whether its frames are read from memory where they lie there
    */
-  constructor(video, software = false) {
+  constructor(video, signal, software = false) {
     this.#video = video;
+    this.#signal = signal;
     this.#memory = software ? new MemoryFrames() : null;
-    video.addEventListener("emptied", this.#onEmptied);
+    const emptied = () => {
+      this.changes++;
+      this.#shownAt = null;
+    };
+    video.addEventListener("emptied", emptied, { signal });
+    signal.addEventListener("abort", () => this.#wake());
     this.#listen();
   }
 
@@ -55,11 +58,11 @@ export class VideoFrames {
    * @returns {Promise<number | null>} when it was shown, milliseconds of the page's clock, ascending; null once stopped
    */
   async next() {
-    while (this.#shownAt === null && !this.#stopped)
+    while (this.#shownAt === null && !this.#signal.aborted)
       await new Promise((resolve) => (this.#wake = /** @type {() => void} */ (resolve)));
     const shownAt = this.#shownAt;
     this.#shownAt = null;
-    return this.#stopped ? null : shownAt;
+    return this.#signal.aborted ? null : shownAt;
   }
 
   /**
@@ -94,12 +97,6 @@ export class VideoFrames {
     return this.#video.getClientRects().length === 0 ? "hidden" : "unknown";
   }
 
-  stop() {
-    this.#stopped = true;
-    this.#video.removeEventListener("emptied", this.#onEmptied);
-    this.#wake();
-  }
-
   /** @param {number} at */
   #shown(at) {
     if (this.#shownAt !== null) this.missedAt = at;
@@ -109,7 +106,7 @@ export class VideoFrames {
   }
 
   #listen() {
-    if (this.#stopped) return;
+    if (this.#signal.aborted) return;
     if (!("requestVideoFrameCallback" in this.#video)) return this.#poll();
     // Media time would jump back when a clip starts over.
     this.#video.requestVideoFrameCallback((_, { presentationTime }) => {
@@ -134,7 +131,7 @@ export class VideoFrames {
   #poll(seen = null) {
     this.#polls = true;
     requestAnimationFrame((at) => {
-      if (this.#stopped || !this.#polls) return;
+      if (this.#signal.aborted || !this.#polls) return;
       const picture = this.#picture;
       if (picture !== null && picture !== seen) this.#shown(at);
       this.#poll(picture ?? seen);

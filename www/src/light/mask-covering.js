@@ -46,10 +46,8 @@ export class MaskCovering {
    */
   follow(frame, mesh, certain) {
     if (certain) this.#meshes.set(frame, mesh);
-    for (const old of this.#meshes.keys()) {
-      if (this.#meshes.size <= MAX_REMEMBERED) break;
-      this.#meshes.delete(old);
-    }
+    const [oldest] = this.#meshes.keys();
+    if (this.#meshes.size > MAX_REMEMBERED) this.#meshes.delete(oldest);
     const count = mesh.confidence.length;
     if (this.#seen.length !== count) this.#seen = new Float32Array(count).fill(1);
     return confirmed(this.#seen, mesh.confidence);
@@ -87,30 +85,20 @@ export function confirmed(seen, confidence) {
  * @param {Masked} estimate
  * @returns {Float32Array} 0 or 1 each
  */
-export function seenFractions({ vertices, textureCoordinates }, estimate) {
+export function seenFractions({ vertices, textureCoordinates }, { mask, focal }) {
+  const { width, height } = mask;
+  const values = mask.values();
   return Float32Array.from({ length: vertices.length / 3 }, (_, i) => {
+    const [x, y, z] = vertices.subarray(3 * i, 3 * i + 3);
+    const column = Math.floor((x / z) * focal + width / 2);
+    const row = Math.floor((y / z) * focal + height / 2);
+    // Where the image does not reach nothing is known to cover it.
+    if (column < 0 || row < 0 || column >= width || row >= height) return 1;
     const onBorder = textureCoordinates.subarray(2 * i, 2 * i + 2).some((c) => c <= 0 || c >= 1);
     const reach = onBorder ? REACH.border : REACH.inside;
-    return seenAt(estimate, vertices.subarray(3 * i, 3 * i + 3), reach);
-  });
-}
-
-/**
- * @param {Masked} estimate
- * @param {Float32Array} p camera frame
- * @param {number} reach canonical pixels
- * @returns {number} 1 where the mask is near, or where the image does not reach
- */
-function seenAt({ mask, focal }, [x, y, z], reach) {
-  const { width, height } = mask;
-  const column = Math.floor((x / z) * focal + width / 2);
-  const row = Math.floor((y / z) * focal + height / 2);
-  if (column < 0 || row < 0 || column >= width || row >= height) return 1;
-  const values = mask.values();
-  for (let j = Math.max(0, row - reach); j <= Math.min(height - 1, row + reach); j++) {
-    const at = j * width;
     const [from, to] = [Math.max(0, column - reach), Math.min(width - 1, column + reach)];
-    if (values.subarray(at + from, at + to + 1).includes(1)) return 1;
-  }
-  return 0;
+    for (let j = Math.max(0, row - reach); j <= Math.min(height - 1, row + reach); j++)
+      if (values.subarray(j * width + from, j * width + to + 1).includes(1)) return 1;
+    return 0;
+  });
 }

@@ -3,8 +3,7 @@
 import { ramp } from "./ramp.js";
 import { luminanceOf } from "./template-light.js";
 
-/** @import { SurfaceMesh } from "../results/surface-mesh.js" */
-/** @import { Target } from "../targets/target.js" */
+/** @import { SurfaceMesh, Target } from "../index.js" */
 
 /** Standard deviation of the print's luminance around a vertex, 0 to 255, from which on the image must confirm it, and below which it cannot. */
 const DETAIL = { from: 8, fully: 20 };
@@ -25,8 +24,14 @@ export class PrintCovering {
 
   /** @param {Pick<Target, "texture" | "mesh">} target */
   constructor({ texture, mesh }) {
-    this.#neighbours = neighboursOf(mesh.faces, mesh.textureCoordinates.length / 2);
-    this.#detail = detailOf(texture, mesh.textureCoordinates, this.#neighbours);
+    const { faces, textureCoordinates } = mesh;
+    const around = Array.from({ length: textureCoordinates.length / 2 }, () => /** @type {Set<number>} */ (new Set()));
+    faces.forEach((vertex, corner) => {
+      const start = corner - (corner % 3);
+      for (const other of faces.subarray(start, start + 3)) if (other !== vertex) around[vertex].add(other);
+    });
+    this.#neighbours = around.map((set) => [...set]);
+    this.#detail = detailOf(texture, textureCoordinates, this.#neighbours);
   }
 
   /** Forgets everything. */
@@ -58,19 +63,6 @@ export class PrintCovering {
     });
     return this.#seen;
   }
-}
-
-/**
- * @param {Uint32Array} faces
- * @param {number} count of vertices
- */
-function neighboursOf(faces, count) {
-  const sets = Array.from({ length: count }, () => /** @type {Set<number>} */ (new Set()));
-  for (let corner = 0; corner < faces.length; corner++) {
-    const start = corner - (corner % 3);
-    for (let k = 0; k < 3; k++) if (start + k !== corner) sets[faces[corner]].add(faces[start + k]);
-  }
-  return sets.map((set) => [...set]);
 }
 
 /**

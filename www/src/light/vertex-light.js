@@ -4,9 +4,7 @@ import { verticesInImage } from "../camera/canonical.js";
 import { gentleRamp } from "./ramp.js";
 import { LIGHT_FLOOR, LINEAR_OF_SRGB, MAX_LIGHT, luminanceOf } from "./template-light.js";
 
-/** @import { SourcedCamera } from "../camera/intrinsics.js" */
-/** @import { MeshTopology } from "../engine/engine-worker.js" */
-/** @import { SurfaceMesh } from "../results/surface-mesh.js" */
+/** @import { MeshTopology, SourcedCamera, SurfaceMesh } from "../index.js" */
 /** @import { TemplateLight } from "./template-light.js" */
 
 /** What is printed on a face is the mean of its cells, of so many along each edge. */
@@ -48,7 +46,10 @@ export class VertexLight {
    * @returns {Float32Array} linear light on each vertex, 1 where the image is as bright as the print
    */
   of(vertices, seen, camera, frame) {
-    const luminance = luminances(frame);
+    const { data } = frame;
+    const luminance = new Float32Array(data.length / 4);
+    for (let i = 0; i < luminance.length; i++)
+      luminance[i] = luminanceOf(LINEAR_OF_SRGB[data[4 * i]], LINEAR_OF_SRGB[data[4 * i + 1]], LINEAR_OF_SRGB[data[4 * i + 2]]);
     const points = verticesInImage(vertices, camera, frame.width / camera.width);
     // Of each vertex: luminance seen and printed, both times their weight, and the weight.
     const sums = new Float32Array(3 * seen.length);
@@ -96,14 +97,6 @@ export class VertexLight {
     }
     return spread;
   }
-}
-
-/** @param {{ data: Uint8ClampedArray }} frame */
-function luminances({ data }) {
-  const values = new Float32Array(data.length / 4);
-  for (let i = 0; i < values.length; i++)
-    values[i] = luminanceOf(LINEAR_OF_SRGB[data[4 * i]], LINEAR_OF_SRGB[data[4 * i + 1]], LINEAR_OF_SRGB[data[4 * i + 2]]);
-  return values;
 }
 
 /**

@@ -3,10 +3,9 @@
 import { DeepSftError } from "../error.js";
 import { SurfaceMesh } from "./surface-mesh.js";
 
-/** @import { SourcedCamera } from "../camera/intrinsics.js" */
+/** @import { SourcedCamera, Target } from "../index.js" */
 /** @import { RawMesh } from "../../pkg/deepsft_web.js" */
 /** @import { MeshRequest, RawEstimate } from "../engine/engine-worker.js" */
-/** @import { Target } from "../targets/target.js" */
 
 /**
  * Milliseconds spent on a frame: `capture` (grabbing it and reading its pixels), `warp` (to the canonical image, for a network),

@@ -17,14 +17,7 @@ const LEFT_OUT = 0.05;
  * @throws {DeepSftError} `invalid-argument` where the target has no surface in its middle
  */
 export function measureSheet(mesh) {
-  return { distanceMm: Math.hypot(...mesh.pointAt(0.5, 0.5)), bendDegrees: (bendOf(mesh.normals) * 180) / Math.PI };
-}
-
-/**
- * @param {Float32Array} normals
- * @returns {number} radians
- */
-function bendOf(normals) {
+  const { normals } = mesh;
   const mean = unit([0, 1, 2].map((k) => normals.reduce((sum, value, i) => (i % 3 === k ? sum + value : sum), 0)));
   // Two directions across the mean.
   const axis = Math.abs(mean[0]) < 0.7 ? [1, 0, 0] : [0, 1, 0];
@@ -42,7 +35,8 @@ function bendOf(normals) {
   const most = Math.atan2(2 * xy, xx - yy) / 2;
   const angles = Float64Array.from(turns, ([x, y]) => x * Math.cos(most) + y * Math.sin(most)).sort();
   const end = Math.floor(LEFT_OUT * angles.length);
-  return angles.length > 0 ? angles[angles.length - 1 - end] - angles[end] : 0;
+  const bend = angles.length > 0 ? angles[angles.length - 1 - end] - angles[end] : 0;
+  return { distanceMm: Math.hypot(...mesh.pointAt(0.5, 0.5)), bendDegrees: (bend * 180) / Math.PI };
 }
 
 /** @typedef {ArrayLike<number>} Vector */

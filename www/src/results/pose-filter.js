@@ -47,22 +47,20 @@ export class PoseFilter {
     this.#atS = atMs / 1000;
     const raw = this.#raw;
     if (!(dt <= LONGEST_PAUSE_S)) {
-      this.#velocity.fill(0);
-      this.#turning = 0;
-      copy(this.#position, position);
-      copy(this.#quaternion, quaternion);
+      [this.#velocity, this.#turning] = [[0, 0, 0], 0];
+      [this.#position, this.#quaternion] = [[...position], [...quaternion]];
     } else if (dt > 0) {
       const speeds = weightOf(SPEED_CUTOFF_HZ, dt);
       for (let k = 0; k < 3; k++) this.#velocity[k] += speeds * ((position[k] - raw.position[k]) / dt - this.#velocity[k]);
-      this.#turning += speeds * ((angleBetween(raw.quaternion, quaternion) * REACH_MM) / dt - this.#turning);
+      const angle = 2 * Math.acos(Math.min(1, Math.abs(dot(raw.quaternion, quaternion))));
+      this.#turning += speeds * ((angle * REACH_MM) / dt - this.#turning);
       const moved = weightOf(MIN_CUTOFF_HZ + (PER_SPEED * Math.hypot(...this.#velocity)) / this.#perMm, dt);
       for (let k = 0; k < 3; k++) this.#position[k] += moved * (position[k] - this.#position[k]);
       slerp(this.#quaternion, quaternion, weightOf(MIN_CUTOFF_HZ + PER_SPEED * this.#turning, dt));
     }
-    copy(raw.position, position);
-    copy(raw.quaternion, quaternion);
-    copy(position, this.#position);
-    copy(quaternion, this.#quaternion);
+    this.#raw = { position: [...position], quaternion: [...quaternion] };
+    Object.assign(position, this.#position);
+    Object.assign(quaternion, this.#quaternion);
   }
 }
 
@@ -76,22 +74,8 @@ function weightOf(cutoffHz, dt) {
   return 1 - Math.exp(-2 * Math.PI * cutoffHz * dt);
 }
 
-/** @param {number[]} to @param {number[]} from */
-function copy(to, from) {
-  for (let k = 0; k < to.length; k++) to[k] = from[k];
-}
-
 /** @param {Quaternion} a @param {Quaternion} b */
 const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3];
-
-/**
- * @param {Quaternion} a
- * @param {Quaternion} b
- * @returns {number} radians
- */
-function angleBetween(a, b) {
-  return 2 * Math.acos(Math.min(1, Math.abs(dot(a, b))));
-}
 
 /**
  * Turns one orientation towards another, the shorter way.

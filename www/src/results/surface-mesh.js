@@ -3,9 +3,8 @@
 import { verticesInImage } from "../camera/canonical.js";
 import { placeOn } from "./place.js";
 
+/** @import { Camera, MeshTopology } from "../index.js" */
 /** @import { RawSurface } from "../../pkg/deepsft_web.js" */
-/** @import { Camera } from "../camera/intrinsics.js" */
-/** @import { MeshTopology } from "../engine/engine-worker.js" */
 
 /**
  * Where a mesh comes from: fitted to one image (`fit`), completed from the finder's maps (`completion`), or followed through a

@@ -1,8 +1,6 @@
 // What the tracker says of one frame of a video.
 
-/** @import { SourcedCamera } from "../camera/intrinsics.js" */
-/** @import { Target } from "../targets/target.js" */
-/** @import { SurfaceMesh } from "./surface-mesh.js" */
+/** @import { SourcedCamera, SurfaceMesh, Target } from "../index.js" */
 
 /**
  * Milliseconds spent on a frame: `capture` (grabbing it and reading its pixels), `warp` (to the canonical image),
@@ -36,16 +34,7 @@ export class TrackedTarget {
 
 /** One frame of a video with the meshes in it. */
 export class TrackedFrame {
-  /**
-   * @param {object} contents
-   * @param {number} contents.number
-   * @param {number} contents.timeMs
-   * @param {TrackedTarget[]} contents.targets
-   * @param {SourcedCamera} contents.camera
-   * @param {TrackedTimes} contents.times
-   * @param {number} contents.networkFps
-   * @param {ImageBitmap | null} contents.frame
-   */
+  /** @param {{ number: number, timeMs: number, targets: TrackedTarget[], camera: SourcedCamera, times: TrackedTimes, networkFps: number, frame: ImageBitmap | null }} contents */
   constructor({ number, timeMs, targets, camera, times, networkFps, frame }) {
     /** Counts the frames the tracker saw, from 1. */
     this.number = number;

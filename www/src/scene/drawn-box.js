@@ -31,12 +31,35 @@ export function regionOf(box, region, page) {
  */
 export function extentOf(scene, camera) {
   const seen = new Box3();
-  const add = (/** @type {Object3D} */ object) => {
-    if (!object.visible) return;
-    if (isDrawn(object)) addTo(seen, object, camera);
-    object.children.forEach(add);
-  };
-  add(scene);
+  const point = new Vector3();
+  scene.traverseVisible((object) => {
+    if (!isDrawn(object)) return;
+    const add = () => {
+      point.applyMatrix4(object.matrixWorld).applyMatrix4(camera.matrixWorldInverse);
+      // What lies beside the eye or behind it is anywhere.
+      if (point.z > -camera.near) return void [-1, 1].forEach((far) => seen.expandByPoint(point.setScalar(far)));
+      seen.expandByPoint(point.applyMatrix4(camera.projectionMatrix));
+    };
+    const geometry = /** @type {BufferGeometry} */ (/** @type {{ geometry?: unknown }} */ (object).geometry);
+    if (geometry instanceof SurfaceGeometry) {
+      const positions = geometry.getAttribute("position");
+      for (let i = 0; i < positions.count; i++) {
+        point.fromBufferAttribute(positions, i);
+        add();
+      }
+      return;
+    }
+    // Of others the corners of their box. Bones and instances move.
+    const moving = "computeBoundingBox" in object ? /** @type {import("three").InstancedMesh} */ (object) : null;
+    if (moving ?? !geometry.boundingBox) (moving ?? geometry).computeBoundingBox();
+    const box = /** @type {Box3} */ ((moving ?? geometry).boundingBox);
+    if (box.isEmpty()) return;
+    const { min, max } = box;
+    for (let i = 0; i < 8; i++) {
+      point.set(i & 1 ? max.x : min.x, i & 2 ? max.y : min.y, i & 4 ? max.z : min.z);
+      add();
+    }
+  });
   return seen;
 }
 
@@ -45,40 +68,4 @@ function isDrawn(object) {
   if (!["isMesh", "isLine", "isPoints", "isSprite"].some((kind) => kind in object)) return false;
   const materials = [/** @type {import("three").Mesh} */ (object).material].flat();
   return materials.some(({ visible, colorWrite }) => visible && colorWrite);
-}
-
-/**
- * Adds where an object is seen: each vertex of a tracked surface, of others the corners of their box.
- *
- * @param {Box3} seen in the camera's clip space
- * @param {Object3D} object
- * @param {FrameCamera} camera
- */
-function addTo(seen, object, camera) {
-  const geometry = /** @type {BufferGeometry} */ (/** @type {{ geometry?: unknown }} */ (object).geometry);
-  const positions = geometry.getAttribute("position");
-  const point = new Vector3();
-  const add = () => {
-    point.applyMatrix4(object.matrixWorld).applyMatrix4(camera.matrixWorldInverse);
-    // What lies beside the eye or behind it is anywhere.
-    if (point.z > -camera.near) return void [-1, 1].forEach((far) => seen.expandByPoint(point.setScalar(far)));
-    seen.expandByPoint(point.applyMatrix4(camera.projectionMatrix));
-  };
-  if (geometry instanceof SurfaceGeometry) {
-    for (let i = 0; i < positions.count; i++) {
-      point.fromBufferAttribute(positions, i);
-      add();
-    }
-    return;
-  }
-  // Bones and instances move.
-  const moving = "computeBoundingBox" in object ? /** @type {import("three").InstancedMesh} */ (object) : null;
-  if (moving ?? !geometry.boundingBox) (moving ?? geometry).computeBoundingBox();
-  const box = /** @type {Box3} */ ((moving ?? geometry).boundingBox);
-  if (box.isEmpty()) return;
-  const { min, max } = box;
-  for (let i = 0; i < 8; i++) {
-    point.set(i & 1 ? max.x : min.x, i & 2 ? max.y : min.y, i & 4 ? max.z : min.z);
-    add();
-  }
 }

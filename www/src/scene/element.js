@@ -20,15 +20,13 @@ export class DeepSftView extends Base {
   static observedAttributes = ATTRIBUTES;
 
   #leaving = new AbortController();
-  /** Whether a start is due. */
-  #isDue = false;
 
   /** The scene that runs; null while there is none. @type {SceneView | null} */
   view = null;
 
   connectedCallback() {
     if (getComputedStyle(this).display === "inline") this.style.display = "block";
-    this.#restart();
+    void this.#start();
   }
 
   disconnectedCallback() {
@@ -37,43 +35,29 @@ export class DeepSftView extends Base {
   }
 
   attributeChangedCallback() {
-    if (this.isConnected) this.#restart();
-  }
-
-  /** Once for all attributes that change together. */
-  #restart() {
-    this.#leaving.abort();
-    if (this.#isDue) return;
-    this.#isDue = true;
-    queueMicrotask(() => {
-      this.#isDue = false;
-      if (this.isConnected) void this.#start();
-    });
+    if (this.isConnected) void this.#start();
   }
 
   async #start() {
+    this.#leaving.abort();
     const { signal } = (this.#leaving = new AbortController());
     this.view = null;
+    // Once for all attributes that change together.
+    await null;
+    if (signal.aborted) return;
+    const tell = (/** @type {string} */ name, /** @type {unknown} */ detail) => this.dispatchEvent(new CustomEvent(name, { detail }));
     const [picture, width, print, facing, baseUrl] = ATTRIBUTES.map((name) => this.getAttribute(name) ?? undefined);
     const widthMm = width === undefined ? undefined : Number(width);
     const options = { picture, widthMm, facing: facing === "user" ? /** @type {const} */ ("user") : undefined, load: { baseUrl } };
     try {
       const view = await start(this, { ...options, signal });
       this.view = view;
-      for (const name of EVENTS) view.addEventListener(name, (/** @type {CustomEvent} */ { detail }) => this.#tell(name, detail));
-      this.#tell("started", { view });
+      for (const name of EVENTS) view.addEventListener(name, (/** @type {CustomEvent} */ { detail }) => tell(name, detail));
+      tell("started", { view });
       if (print !== undefined) await view.sheet().print(print);
     } catch (error) {
-      if (!signal.aborted) this.#tell("error", { error });
+      if (!signal.aborted) tell("error", { error });
     }
-  }
-
-  /**
-   * @param {string} name
-   * @param {unknown} detail
-   */
-  #tell(name, detail) {
-    this.dispatchEvent(new CustomEvent(name, { detail }));
   }
 }
 

@@ -35,8 +35,8 @@ const ANISOTROPY = 8;
  */
 export async function printOf(input, place, signal) {
   if (input instanceof Texture) return { texture: input, film: null, isLive: false, close: () => undefined };
-  if (input instanceof HTMLVideoElement) return filmPrint(input, () => undefined);
-  if (input instanceof HTMLCanvasElement || input instanceof OffscreenCanvas) return canvasPrint(input, true);
+  if (input instanceof HTMLVideoElement) return printed(new VideoTexture(input), { film: input });
+  if (input instanceof HTMLCanvasElement || input instanceof OffscreenCanvas) return printed(new CanvasTexture(input), { isLive: true });
   if (isAddress(input) && FILM.test(String(input))) return openFilm(String(input), place, signal);
   const image = await readImage(input, signal);
   if (image instanceof Blob && image.type.startsWith("video/")) return openFilm(image, place, signal);
@@ -46,16 +46,7 @@ export async function printOf(input, place, signal) {
   if (frame instanceof ImageData) context?.putImageData(frame, 0, 0);
   else context?.drawImage(frame, 0, 0);
   closeFrame(frame);
-  return canvasPrint(canvas, false);
-}
-
-/**
- * @param {HTMLCanvasElement | OffscreenCanvas} canvas
- * @param {boolean} isLive
- */
-function canvasPrint(canvas, isLive) {
-  const texture = printed(new CanvasTexture(canvas));
-  return { texture, film: null, isLive, close: () => texture.dispose() };
+  return printed(new CanvasTexture(canvas));
 }
 
 /**
@@ -87,9 +78,7 @@ async function openFilm(input, place, signal) {
   const waiting = setTimeout(begin, PATIENCE_MS);
   const fetchWhole = async () => {
     if (whole) throw film.error;
-    const answer = await fetch(/** @type {string} */ (input));
-    if (!answer.ok) throw film.error;
-    const blob = await answer.blob();
+    const blob = /** @type {Blob} */ (await readImage(input, signal));
     if (!film.isConnected) return;
     film.src = whole = URL.createObjectURL(blob);
     film.load();
@@ -107,24 +96,18 @@ async function openFilm(input, place, signal) {
   } finally {
     clearTimeout(waiting);
   }
-  return filmPrint(film, close);
+  return printed(new VideoTexture(film), { film, close });
 }
 
 /**
- * @param {HTMLVideoElement} film
- * @param {() => void} close
+ * @param {Texture} texture
+ * @param {Partial<Print>} [print] what else is known of it
  * @returns {Print}
  */
-function filmPrint(film, close) {
-  const texture = printed(new VideoTexture(film));
-  return { texture, film, isLive: false, close: () => (texture.dispose(), close()) };
-}
-
-/** @template {Texture} T @param {T} texture */
-function printed(texture) {
+function printed(texture, { film = null, isLive = false, close } = {}) {
   texture.colorSpace = SRGBColorSpace;
   texture.anisotropy = drawsInSoftware() ? 1 : ANISOTROPY;
-  return texture;
+  return { texture, film, isLive, close: () => (texture.dispose(), close?.()) };
 }
 
 /** In the page, but not seen: iPhones play no video that is not displayed. @param {HTMLVideoElement} video */

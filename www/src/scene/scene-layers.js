@@ -5,10 +5,9 @@ import { isPinhole } from "../camera/lens.js";
 import { FrameBackground } from "../three/frame-background.js";
 import { extentOf, regionOf } from "./drawn-box.js";
 
-/** @import { Scene, WebGLRenderer } from "three" */
-/** @import { TrackedFrame } from "../results/tracked-frame.js" */
-/** @import { FrameCamera } from "../three/frame-camera.js" */
+/** @import { TrackedFrame } from "../index.js" */
 /** @import { Box } from "./drawn-box.js" */
+/** @import { SceneView } from "./scene-view.js" */
 
 /** Canvas pixels per CSS pixel, at most: more cannot be seen and costs time. */
 const MAX_DENSITY = 2;
@@ -21,74 +20,58 @@ const BOX_STEP = 32;
 const MARGIN = 1;
 
 export class SceneLayers {
-  #renderer;
-  #scene;
-  #camera;
-  #background = new FrameBackground();
+  #view;
+  #isMirrored = false;
   #below;
   /** The frame that the layer below shows. @type {ImageBitmap | null} */
   #shown = null;
   #isHosted;
   #boxSize = { width: 0, height: 0 };
-  /** What holds the canvases. */
+  /** Shows the camera's picture. */
+  background = new FrameBackground();
+  /** What holds the canvases, and its size, CSS pixels. */
   element = document.createElement("div");
+  page = { width: 0, height: 0 };
 
   /**
-   * @param {WebGLRenderer} renderer
-   * @param {Scene} scene gets the camera's picture as its background
-   * @param {FrameCamera} camera
+   * @param {Pick<SceneView, "renderer" | "scene" | "camera" | "software">} view whose scene gets the camera's picture as its background
    * @param {boolean} isHosted whether the canvas is the page's own, and lies where it is
    */
-  constructor(renderer, scene, camera, isHosted) {
+  constructor(view, isHosted) {
     const below = document.createElement("canvas").getContext("2d", { alpha: false });
     if (!below) throw new Error("This browser offers no canvas to draw a frame on.");
-    this.#renderer = renderer;
-    this.#scene = scene;
-    this.#camera = camera;
+    this.#view = view;
     this.#below = below;
     this.#isHosted = isHosted;
     Object.assign(this.element.style, { position: "absolute", inset: "0" });
     this.element.setAttribute("role", "img");
     this.element.setAttribute("aria-label", "The camera's picture, with what is put into it");
-    if (!isHosted) this.element.append(renderer.domElement);
-    scene.add(this.#background);
+    if (!isHosted) this.element.append(view.renderer.domElement);
+    view.scene.add(this.background);
   }
 
-  /** Whether what is seen is mirrored. */
-  get mirrored() {
-    return this.#mirror.style.transform !== "";
-  }
-
-  /** @param {boolean} mirrored */
-  set mirrored(mirrored) {
-    this.#mirror.style.transform = mirrored ? "scaleX(-1)" : "";
-  }
-
-  get #mirror() {
-    return this.#isHosted ? this.#renderer.domElement : this.element;
-  }
-
-  /** Shows a frame from the next drawing on; it is kept until there is another. @param {TrackedFrame} tracked */
-  show(tracked) {
-    this.#background.show(tracked);
+  /** @param {boolean} isMirrored whether what is seen is mirrored */
+  mirror(isMirrored) {
+    this.#isMirrored = isMirrored;
+    const mirror = this.#isHosted ? this.#view.renderer.domElement : this.element;
+    mirror.style.transform = isMirrored ? "scaleX(-1)" : "";
   }
 
   /**
    * Draws the scene, whose camera has the intrinsics of the frame.
    *
    * @param {TrackedFrame} tracked that is shown
-   * @param {{ width: number, height: number }} page the size of it all, CSS pixels
-   * @param {boolean} software whether the processor does the drawing
    */
-  draw({ frame, camera: intrinsics }, page, software) {
-    if (this.#isHosted) return this.#renderer.render(this.#scene, this.#camera);
+  draw({ frame, camera: intrinsics }) {
+    const { renderer, scene, camera, software } = this.#view;
+    if (this.#isHosted) return renderer.render(scene, camera);
     // The shader that takes out a lens' distortion is WebGL's.
     const isApart = software && frame !== null && isPinhole(intrinsics);
-    this.#background.visible = !isApart;
-    if (isApart) return this.#drawApart(frame, page);
+    this.background.visible = !isApart;
+    if (isApart) return this.#drawApart(frame);
     this.#below.canvas.remove();
-    this.#takePlace({ left: 0, top: 0, ...page }, software ? MAX_SOFTWARE_PIXELS : Infinity);
-    this.#renderer.render(this.#scene, this.#camera);
+    this.#takePlace({ left: 0, top: 0, ...this.page }, software ? MAX_SOFTWARE_PIXELS : Infinity);
+    renderer.render(scene, camera);
   }
 
   /**
@@ -105,10 +88,10 @@ export class SceneLayers {
     context.clearRect(0, 0, canvas.width, canvas.height);
     context.fillStyle = background;
     context.fillRect(0, 0, canvas.width, canvas.height);
-    for (const layer of this.#isHosted ? [this.#renderer.domElement] : this.element.querySelectorAll("canvas")) {
+    for (const layer of this.#isHosted ? [this.#view.renderer.domElement] : this.element.querySelectorAll("canvas")) {
       if (layer.style.visibility === "hidden") continue;
       const box = layer.getBoundingClientRect();
-      const fromLeft = this.mirrored ? left + width - box.right : box.left - left;
+      const fromLeft = this.#isMirrored ? left + width - box.right : box.left - left;
       const [x, y] = [(canvas.width - scale * width) / 2 + scale * fromLeft, (canvas.height - scale * height) / 2 + scale * (box.top - top)];
       context.drawImage(layer, x, y, scale * box.width, scale * box.height);
     }
@@ -116,52 +99,40 @@ export class SceneLayers {
   }
 
   dispose() {
-    this.#background.removeFromParent();
-    this.#background.dispose();
+    this.background.removeFromParent();
+    this.background.dispose();
   }
 
   /**
    * The camera's picture on the layer below, and WebGL in the box alone in which something lies over it.
    *
    * @param {ImageBitmap} frame
-   * @param {{ width: number, height: number }} page
    */
-  #drawApart(frame, page) {
-    const [camera, canvas] = [this.#camera, this.#renderer.domElement];
-    this.#showBelow(frame, page);
-    this.#scene.updateMatrixWorld();
-    const box = this.#boxOn(page);
-    canvas.style.visibility = box ? "" : "hidden";
-    if (!box) return;
+  #drawApart(frame) {
+    const { camera, scene, renderer } = this.#view;
     const whole = camera.region;
-    camera.lookAtRegion(regionOf(box, whole, page));
+    const below = this.#below.canvas;
+    if (!below.isConnected) this.element.prepend(below);
+    if (below.width !== frame.width || below.height !== frame.height) [below.width, below.height] = [frame.width, frame.height];
+    if (frame !== this.#shown) this.#below.drawImage(frame, 0, 0);
+    this.#shown = frame;
+    const scale = this.page.width / (whole.right - whole.left);
+    const { width, height } = camera.intrinsics ?? frame;
+    layOut(below, { left: -whole.left * scale, top: -whole.top * scale, width: width * scale, height: height * scale });
+    scene.updateMatrixWorld();
+    const box = this.#drawnBox();
+    renderer.domElement.style.visibility = box ? "" : "hidden";
+    if (!box) return;
+    camera.lookAtRegion(regionOf(box, whole, this.page));
     this.#takePlace(box, MAX_BOX_PIXELS);
-    this.#renderer.render(this.#scene, camera);
+    renderer.render(scene, camera);
     camera.lookAtRegion(whole);
   }
 
-  /**
-   * @param {ImageBitmap} frame
-   * @param {{ width: number }} page
-   */
-  #showBelow(frame, page) {
-    const { canvas } = this.#below;
-    if (!canvas.isConnected) this.element.prepend(canvas);
-    if (canvas.width !== frame.width || canvas.height !== frame.height) [canvas.width, canvas.height] = [frame.width, frame.height];
-    if (frame !== this.#shown) this.#below.drawImage(frame, 0, 0);
-    this.#shown = frame;
-    const { intrinsics, region } = this.#camera;
-    const scale = page.width / (region.right - region.left);
-    const { width, height } = intrinsics ?? frame;
-    layOut(canvas, { left: -region.left * scale, top: -region.top * scale, width: width * scale, height: height * scale });
-  }
-
-  /**
-   * @param {{ width: number, height: number }} page
-   * @returns {Box | null} in which something is drawn; null where nothing is
-   */
-  #boxOn(page) {
-    const seen = extentOf(this.#scene, this.#camera);
+  /** @returns {Box | null} in which something is drawn; null where nothing is */
+  #drawnBox() {
+    const { page } = this;
+    const seen = extentOf(this.#view.scene, this.#view.camera);
     const onPage = (/** @type {number} */ at, /** @type {number} */ side) => Math.min(side, Math.max(0, (0.5 + 0.5 * at) * side));
     const [left, right] = [seen.min.x, seen.max.x].map((x) => onPage(x, page.width));
     const [top, bottom] = [seen.max.y, seen.min.y].map((y) => onPage(-y, page.height));
@@ -179,7 +150,7 @@ export class SceneLayers {
    * @param {number} maxPixels of it
    */
   #takePlace(place, maxPixels) {
-    const renderer = this.#renderer;
+    const { renderer } = this.#view;
     const canvas = renderer.domElement;
     const density = Math.min(devicePixelRatio, MAX_DENSITY, Math.sqrt(maxPixels / Math.max(1, place.width * place.height)));
     layOut(canvas, place);

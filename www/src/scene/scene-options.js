@@ -1,18 +1,9 @@
 // What a scene is started with, and what it tells.
 
 /** @import { Scene, WebGLRenderer } from "three" */
-/** @import { CameraOption } from "../camera/intrinsics.js" */
-/** @import { Facing } from "../camera/request.js" */
-/** @import { DeepSft, LoadOptions } from "../deepsft.js" */
+/** @import { CameraOption, DeepSft, DeepSftError, Estimate, Facing, FrameSource, ImageInput, LoadOptions, Smoothing, Target, TrackedFrame } from "../index.js" */
 /** @import { ModelInput } from "../engine/bundle.js" */
-/** @import { DeepSftError } from "../error.js" */
-/** @import { ImageInput } from "../frames/image-input.js" */
-/** @import { Estimate } from "../results/estimate.js" */
-/** @import { TrackedFrame } from "../results/tracked-frame.js" */
-/** @import { Target } from "../targets/target.js" */
 /** @import { FrameFit } from "../three/frame-camera.js" */
-/** @import { FrameSource } from "../tracking/session.js" */
-/** @import { Smoothing } from "../tracking/tracker-worker.js" */
 /** @import { SceneSheet } from "./scene-sheet.js" */
 /** @import { SceneView } from "./scene-view.js" */
 /** @import { OwnScreens } from "./screens.js" */

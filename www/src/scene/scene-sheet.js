@@ -3,8 +3,7 @@
 import { Sheet } from "../three/sheet.js";
 import { printOf } from "./print.js";
 
-/** @import { FlatPrint, FlattenOptions } from "../frame-requests.js" */
-/** @import { Target } from "../targets/target.js" */
+/** @import { FlatPrint, FlattenOptions, Target } from "../index.js" */
 /** @import { Print, PrintInput } from "./print.js" */
 
 /** A tracked print in a scene. {@link Sheet} of `deepsft/three` has anchors and the light. */

@@ -16,12 +16,7 @@ import { SceneLayers } from "./scene-layers.js";
 import { Screens } from "./screens.js";
 import { SoundButton } from "./sound-button.js";
 
-/** @import { PictureOptions } from "../deepsft.js" */
-/** @import { FlatPrint, FlattenOptions } from "../frame-requests.js" */
-/** @import { ImageInput } from "../frames/image-input.js" */
-/** @import { Estimate } from "../results/estimate.js" */
-/** @import { Target } from "../targets/target.js" */
-/** @import { FrameSource, Session } from "../tracking/session.js" */
+/** @import { Estimate, FrameSource, ImageInput, PictureOptions, Session, Target } from "../index.js" */
 /** @import { SceneEvents, SceneOptions } from "./scene-options.js" */
 /** @import { ScreenContents, ScreenName } from "./screens.js" */
 
@@ -41,7 +36,6 @@ export class SceneView extends Announcer {
   #video = document.createElement("video");
   #screens;
   #layers;
-  #page = { width: 0, height: 0 };
   #pace = new Pace();
   #resizing = new ResizeObserver(() => this.#resize());
   /** @type {Map<Target, SceneSheet>} */
@@ -95,7 +89,6 @@ export class SceneView extends Announcer {
     // A container without a height of its own takes that of the picture.
     else if (element.clientHeight === 0) Object.assign(element.style, { height: "auto", aspectRatio: "4 / 3" });
     this.#screens = new Screens(element, options.screens ?? {});
-    this.#sound = options.sound === false ? null : new SoundButton(element);
     try {
       /** Whether the processor does the drawing. */
       this.software = drawsInSoftware();
@@ -106,10 +99,11 @@ export class SceneView extends Announcer {
       throw error;
     }
     this.renderer.shadowMap.enabled = true;
-    this.#layers = new SceneLayers(this.renderer, this.scene, this.camera, host !== undefined);
+    this.#layers = new SceneLayers(this, host !== undefined);
     hide(this.#video);
     this.#video.setAttribute("aria-hidden", "true");
     element.append(this.#video, this.#layers.element);
+    this.#sound = options.sound === false ? null : new SoundButton(element);
     this.#resizing.observe(element);
     this.#resize();
     const { signal } = this.#ending;
@@ -177,31 +171,24 @@ export class SceneView extends Announcer {
     if (!target || !this.targets.includes(target)) throw unknownTarget("The scene has no such print: give it a picture.");
     const known = this.#sheets.get(target);
     if (known) return known;
+    const { signal } = this.#ending;
     const sheet = new SceneSheet(target, {
-      ...{ light: this.#options.light ?? true, place: this.#element, signal: this.#ending.signal },
-      flatten: (options) => this.#flatten(target, options),
+      ...{ light: this.#options.light ?? true, place: this.#element, signal },
+      flatten: async (options) => {
+        const { frame, camera } = this.#frame ?? {};
+        if (!frame || !this.#sft) return null;
+        // The frame itself is let go as soon as there is a newer one.
+        const copy = await createImageBitmap(frame);
+        try {
+          return await this.#sft.flatten(copy, { signal, ...options, target, camera });
+        } finally {
+          copy.close();
+        }
+      },
     });
     this.#sheets.set(target, sheet);
     this.scene.add(sheet);
     return sheet;
-  }
-
-  /**
-   * @param {Target} target
-   * @param {FlattenOptions} options
-   * @returns {Promise<FlatPrint | null>}
-   */
-  async #flatten(target, options) {
-    if (!this.#frame || !this.#sft) return null;
-    const { frame, camera } = this.#frame;
-    if (!frame) return null;
-    // The frame itself is let go as soon as there is a newer one.
-    const copy = await createImageBitmap(frame);
-    try {
-      return await this.#sft.flatten(copy, { signal: this.#ending.signal, ...options, target, camera });
-    } finally {
-      copy.close();
-    }
   }
 
   /** What is seen now, not mirrored, as a PNG. */
@@ -236,9 +223,17 @@ export class SceneView extends Announcer {
     return this.#isNew || (this.#frame !== null && !this.software);
   }
 
-  /** Takes over the newest frame, and fires `frame`: a {@link SceneHost} calls it before each drawing. */
-  prepare() {
-    if (this.#frame && !this.closed) this.#prepare(this.#frame, performance.now());
+  /** Takes over the newest frame, and fires `frame`: a {@link SceneHost} calls it before each drawing. @param {number} [now] milliseconds */
+  prepare(now = performance.now()) {
+    const frame = this.#frame;
+    if (!frame || this.closed) return;
+    this.#isNew = false;
+    const deltaS = Math.min(MAX_DELTA_S, Math.max(0, (now - this.#drawnAt) / 1000 || 0));
+    this.#drawnAt = now;
+    this.tell("frame", { deltaS, frame });
+    for (const sheet of this.#sheets.values()) sheet.refreshPrint();
+    this.#sound?.offer([...this.#sheets.values()].flatMap(({ video }) => video ?? []));
+    this.camera.setIntrinsics(frame.camera, this.#layers.page);
   }
 
   /** Records what was just drawn; a {@link SceneHost} calls it after each drawing. */
@@ -295,7 +290,7 @@ export class SceneView extends Announcer {
     this.#show("loading");
     if (!(opened instanceof CameraStream)) return opened;
     this.stream = opened;
-    const mirror = () => (this.#layers.mirrored = opened.facing === "user");
+    const mirror = () => this.#layers.mirror(opened.facing === "user");
     mirror();
     opened.addEventListener("switched", mirror, { signal: this.#ending.signal });
     return opened;
@@ -312,7 +307,8 @@ export class SceneView extends Announcer {
       if (!this.#options.host) this.#request = requestAnimationFrame(this.#loop);
       if (source === null) return await this.#lookAt(this.#sft);
       const isAsked = this.#options.onEstimate !== undefined || this.targets.some(({ kind }) => kind === "model");
-      const onEstimate = isAsked ? this.#answer : undefined;
+      const answer = (/** @type {Estimate} */ estimate, /** @type {number} */ frame) => (this.#tellSheets(estimate, frame), estimate.close());
+      const onEstimate = isAsked ? answer : undefined;
       const session = this.#sft.follow(source, { targets, camera, smooth, software: this.software, onEstimate });
       this.#session = session;
       this.#foundAt = performance.now();
@@ -330,12 +326,6 @@ export class SceneView extends Announcer {
       this.tell("error", { error: this.error });
     }
   }
-
-  /** @type {(estimate: Estimate, frame: number) => void} */
-  #answer = (estimate, frame) => {
-    this.#tellSheets(estimate, frame);
-    estimate.close();
-  };
 
   /** @param {Estimate} estimate @param {number} frame its number */
   #tellSheets(estimate, frame) {
@@ -370,7 +360,7 @@ export class SceneView extends Announcer {
     const now = performance.now();
     for (const { target } of tracked.targets) this.sheet(target).update(tracked, now);
     this.#playFilms();
-    this.#layers.show(tracked);
+    this.#layers.background.show(tracked);
     this.#frame = tracked;
     this.#isNew = true;
     const isFound = tracked.targets.length === 0 || tracked.targets.some(({ found }) => found);
@@ -399,25 +389,11 @@ export class SceneView extends Announcer {
   #draw(now) {
     const frame = this.#frame;
     if (!frame || this.closed) return;
-    this.#prepare(frame, now);
+    this.prepare(now);
     const began = performance.now();
-    this.#layers.draw(frame, this.#page, this.software);
+    this.#layers.draw(frame);
     this.drawMs = performance.now() - began;
     this.drawn();
-  }
-
-  /**
-   * @param {TrackedFrame} frame
-   * @param {number} now milliseconds
-   */
-  #prepare(frame, now) {
-    this.#isNew = false;
-    const deltaS = Math.min(MAX_DELTA_S, Math.max(0, (now - this.#drawnAt) / 1000 || 0));
-    this.#drawnAt = now;
-    this.tell("frame", { deltaS, frame });
-    for (const sheet of this.#sheets.values()) sheet.refreshPrint();
-    this.#sound?.offer([...this.#sheets.values()].flatMap(({ video }) => video ?? []));
-    this.camera.setIntrinsics(frame.camera, this.#page);
   }
 
   /** What was just drawn. @param {HTMLCanvasElement} canvas */
@@ -427,7 +403,7 @@ export class SceneView extends Announcer {
 
   #resize() {
     const { clientWidth: width, clientHeight: height } = this.#element;
-    this.#page = { width, height };
+    this.#layers.page = { width, height };
     // At once: a canvas that has changed its size is empty.
     if (!this.#options.host) this.#draw(performance.now());
   }

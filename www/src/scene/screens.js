@@ -36,8 +36,6 @@ const THUMBNAIL = 96;
 export class Screens {
   #over;
   #own;
-  /** @type {ScreenName | null} */
-  #name = null;
   /** @type {HTMLElement | null} */
   #shown = null;
 
@@ -57,9 +55,9 @@ export class Screens {
    * @param {Partial<ScreenContents>} [contents]
    */
   show(name, { targets = [], error = null, retry = null } = {}) {
-    if (name === this.#name) return;
-    this.#name = name;
-    this.#over.dataset.deepsft = name ?? "running";
+    const state = name ?? "running";
+    if (state === this.#over.dataset.deepsft) return;
+    this.#over.dataset.deepsft = state;
     if (this.#shown?.parentNode === this.#over) this.#shown.remove();
     else if (this.#shown) this.#shown.hidden = true;
     this.#shown = null;
@@ -88,15 +86,10 @@ function screenOf(name, { targets: [target], error, retry }) {
     ...{ borderRadius: "14px", pointerEvents: "auto", background: "rgb(16 19 22 / 0.85)", color: "#f2efe9", font: "16px/1.4 system-ui, sans-serif" },
   });
   if (name === "scanning" && target) screen.append(thumbnailOf(target));
-  const words = document.createElement("span");
-  words.textContent = error ? error.message : WORDS[name];
-  screen.append(words);
+  screen.append(Object.assign(document.createElement("span"), { textContent: error ? error.message : WORDS[name] }));
   if (!retry) return screen;
-  const button = document.createElement("button");
-  button.type = "button";
-  button.textContent = "Try again";
+  const button = Object.assign(document.createElement("button"), { type: "button", textContent: "Try again", onclick: retry });
   Object.assign(button.style, { font: "inherit", whiteSpace: "nowrap", padding: "8px 14px", border: "0", borderRadius: "10px" });
-  button.addEventListener("click", retry);
   screen.append(button);
   return screen;
 }

@@ -54,7 +54,10 @@ export function printAspect(corners, { fx, fy, cx, cy }) {
 export function rectifyPicture(photograph, corners, width, height) {
   const h = outlineHomography(corners, width, height);
   const flat = new ImageData(width, height);
-  const samples = Math.min(MAX_SAMPLES, Math.max(1, Math.ceil(shrinkage(corners, width, height))));
+  // Photograph's pixels along a pixel of the flat picture, where they are most.
+  const sides = corners.map(([x, y], i) => Math.hypot(corners[(i + 1) % 4][0] - x, corners[(i + 1) % 4][1] - y));
+  const shrinkage = Math.max(sides[0] / width, sides[2] / width, sides[1] / height, sides[3] / height);
+  const samples = Math.min(MAX_SAMPLES, Math.max(1, Math.ceil(shrinkage)));
   const sum = new Float64Array(4);
   for (let y = 0, at = 0; y < height; y++) {
     for (let x = 0; x < width; x++, at += 4) {
@@ -90,18 +93,6 @@ export function outlineHomography(corners, width, height) {
   const [g, h] = [(sx * by - bx * sy) / area, (ax * sy - sx * ay) / area];
   const unit = [x1 - x0 + g * x1, x3 - x0 + h * x3, x0, y1 - y0 + g * y1, y3 - y0 + h * y3, y0, g, h, 1];
   return unit.map((value, i) => value / [width, height, 1][i % 3]);
-}
-
-/**
- * Photograph's pixels along a pixel of the flat picture, where they are most.
- *
- * @param {PrintCorners} corners
- * @param {number} width
- * @param {number} height
- */
-function shrinkage(corners, width, height) {
-  const sides = corners.map(([x, y], i) => Math.hypot(corners[(i + 1) % 4][0] - x, corners[(i + 1) % 4][1] - y));
-  return Math.max(sides[0] / width, sides[2] / width, sides[1] / height, sides[3] / height);
 }
 
 /**

@@ -81,13 +81,8 @@ export async function pictureSource(image, { widthMm: given, heightMm, aroundMm:
  * @throws {DeepSftError} `model-load`, `target-unusable`
  */
 export async function templateSource(input) {
-  if (isAddress(input)) return { kind: "template", files: await fetchTemplate(input) };
-  return { kind: "template", files: input instanceof Map ? input : await filesByName(input) };
-}
-
-/** @param {string | URL} url of the folder, relative to the page */
-async function fetchTemplate(url) {
-  const folder = folderOf(url);
+  if (!isAddress(input)) return { kind: "template", files: input instanceof Map ? input : await filesByName(input) };
+  const folder = folderOf(input);
   const fetched = async (/** @type {string} */ name) => /** @type {const} */ ([name, await fetchBytes(fileIn(folder, encodeURIComponent(name)), undefined)]);
   const description = await fetched(TEMPLATE_FILE);
   let named;
@@ -98,17 +93,17 @@ async function fetchTemplate(url) {
   }
   // What they must be is the engine's to check.
   const names = [named?.texture, named?.mesh].filter((name) => typeof name === "string");
-  return new Map([description, ...(await Promise.all(names.map(fetched)))]);
+  return { kind: "template", files: new Map([description, ...(await Promise.all(names.map(fetched)))]) };
 }
 
 /**
  * Whether two pictures have the same pixels.
  *
- * @param {TargetSource} one
+ * @param {TargetSource | undefined} one
  * @param {TargetSource} other
  */
 export function isSamePicture(one, other) {
-  if (one.kind !== "picture" || other.kind !== "picture") return false;
+  if (one?.kind !== "picture" || other.kind !== "picture") return false;
   const [a, b] = [one.pixels, other.pixels];
   return a.width === b.width && a.height === b.height && a.data.every((value, i) => value === b.data[i]);
 }

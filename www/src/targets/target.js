@@ -10,6 +10,9 @@ import { DeepSftError } from "../error.js";
  * @typedef {"picture" | "template" | "model"} TargetKind
  */
 
+/** Number of the model's target. */
+export const MODEL_TARGET = 0;
+
 /** An object that is looked for. `DeepSft` makes it. */
 export class Target {
   /**

@@ -38,7 +38,11 @@ export class Anchor extends Group {
     super();
     this.#pose = new SurfacePose(target.mesh, u, v, { smooth });
     this.#shadows = shadows;
-    this.scale.setScalar(lengthOf(unit, target));
+    const hasSize = target.unit !== "width";
+    if (unit !== "width" && !hasSize)
+      throw new DeepSftError("target-unusable", `The size of ${target.name} is not known, so nothing on it can be so many ${unit} large: give its widthMm.`);
+    const width = hasSize ? target.widthMm : 1;
+    this.scale.setScalar(unit === "width" ? width : unit === "m" ? 1000 : 1);
     this.visible = false;
   }
 
@@ -79,17 +83,4 @@ export class Anchor extends Group {
     this.visible = false;
     this.#pose.lose();
   }
-}
-
-/**
- * A unit in that of the target.
- *
- * @param {"mm" | "m" | "width"} unit
- * @param {Target} target
- */
-function lengthOf(unit, target) {
-  if (unit === "width") return target.unit === "width" ? 1 : target.widthMm;
-  if (target.unit === "width")
-    throw new DeepSftError("target-unusable", `The size of ${target.name} is not known, so nothing on it can be so many ${unit} large: give its widthMm.`);
-  return unit === "m" ? 1000 : 1;
 }

@@ -35,11 +35,9 @@ void main() {
  * For `WebGLRenderer`. Elsewhere lay the canvas over the video element, with `object-fit: cover`.
  */
 export class FrameBackground extends Mesh {
-  #texture = new Texture();
+  #texture;
   #uniforms;
-  /** @type {(() => void) | null} */
-  #release = null;
-  /** @type {unknown} */
+  /** @type {{ close?: () => void } | null} */
   #shown = null;
   #warned = false;
 
@@ -47,8 +45,9 @@ export class FrameBackground extends Mesh {
     const geometry = new BufferGeometry();
     // One triangle that covers the canvas.
     geometry.setAttribute("position", new BufferAttribute(new Float32Array([-1, -1, 0, 3, -1, 0, -1, 3, 0]), 3));
+    const texture = new Texture();
     const uniforms = {
-      u_frame: { value: /** @type {Texture | null} */ (null) },
+      u_frame: { value: texture },
       u_camera: { value: new Vector4(1, 1, 0, 0) },
       u_lens: { value: lensUniform({}) },
       u_region: { value: new Vector4() },
@@ -57,12 +56,11 @@ export class FrameBackground extends Mesh {
     const shaders = { vertexShader: VERTEX_SHADER, fragmentShader: FRAGMENT_SHADER };
     super(geometry, new ShaderMaterial({ ...shaders, uniforms, depthTest: false, depthWrite: false, toneMapped: false }));
     this.#uniforms = uniforms;
+    this.#texture = texture;
     this.name = "frame";
     this.renderOrder = FIRST;
     this.frustumCulled = false;
     this.visible = false;
-    const texture = this.#texture;
-    uniforms.u_frame.value = texture;
     texture.colorSpace = SRGBColorSpace;
     texture.minFilter = LinearFilter;
     texture.generateMipmaps = false;
@@ -88,15 +86,14 @@ export class FrameBackground extends Mesh {
     this.#texture.image = frame;
     this.#texture.needsUpdate = true;
     this.visible = true;
-    this.#release?.();
+    this.#shown?.close?.();
     this.#shown = tracked;
-    this.#release = () => tracked.close?.();
   }
 
   /** Lets frame, texture and material go. */
   dispose() {
-    this.#release?.();
-    [this.#release, this.#shown, this.visible] = [null, null, false];
+    this.#shown?.close?.();
+    [this.#shown, this.visible] = [null, false];
     this.#texture.dispose();
     this.geometry.dispose();
     /** @type {ShaderMaterial} */ (this.material).dispose();

@@ -19,8 +19,6 @@ const SHADOW_REACH = 4;
 export class PaperLight extends Group {
   #light = new SheetLight();
   #direction = new Vector3(0, 0, 1);
-  #box = new Box3();
-  #sphere = new Sphere();
 
   constructor() {
     super();
@@ -72,11 +70,11 @@ export class PaperLight extends Group {
    * @param {Object3D[]} objects
    */
   shineOn(objects) {
-    this.#box.makeEmpty();
-    for (const object of objects) this.#box.expandByObject(object);
-    this.directed.castShadow = !this.#box.isEmpty();
-    if (this.#box.isEmpty()) return void this.directed.position.copy(this.#direction);
-    const { center, radius } = this.#box.getBoundingSphere(this.#sphere);
+    const box = new Box3();
+    for (const object of objects) box.expandByObject(object);
+    this.directed.castShadow = !box.isEmpty();
+    if (box.isEmpty()) return void this.directed.position.copy(this.#direction);
+    const { center, radius } = box.getBoundingSphere(new Sphere());
     const { camera } = this.directed.shadow;
     Object.assign(camera, { left: -radius, right: radius, top: radius, bottom: -radius, near: 0, far: (2 + SHADOW_REACH) * radius });
     camera.updateProjectionMatrix();

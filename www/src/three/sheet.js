@@ -12,17 +12,15 @@ import { PaperLight } from "./paper-light.js";
 import { SurfaceGeometry } from "./surface-geometry.js";
 
 /** @import { Material, Texture } from "three" */
-/** @import { SourcedCamera } from "../camera/intrinsics.js" */
-/** @import { Estimate } from "../results/estimate.js" */
-/** @import { SurfaceMesh } from "../results/surface-mesh.js" */
-/** @import { TrackedFrame } from "../results/tracked-frame.js" */
-/** @import { Target } from "../targets/target.js" */
+/** @import { Estimate, SurfaceMesh, Target, TrackedFrame } from "../index.js" */
 /** @import { AnchorOptions } from "./anchor.js" */
 
 /** From this correlation on the mesh lies well enough for its confidence to tell what covers it. */
 const MIN_CORRELATION = 0.6;
 /** Fraction of a vertex's surroundings that is seen, from which on the new print begins to show, and shows fully. */
 const SEEN = { from: 0.3, fully: 0.7 };
+/** A little behind the surface, so that what lies on it is not hidden. */
+const BEHIND = { polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 4 };
 /** Who is drawn after whom. */
 const ORDER = { cover: -4, occluder: -3, paper: -2, shadow: -1 };
 
@@ -62,7 +60,7 @@ export class Sheet extends Group {
     /** What all of it is drawn from, updated in place. */
     this.geometry = new SurfaceGeometry(target.mesh);
     /** Draws nothing, and hides what is behind the sheet: both sides do. */
-    this.occluder = this.#layer(occluderMaterial(), ORDER.occluder);
+    this.occluder = this.#layer(new MeshBasicMaterial({ colorWrite: false, side: DoubleSide, ...BEHIND }), ORDER.occluder);
     /** What is printed on it; null for none. The blank back stays as the camera sees it. */
     this.paper = /** @type {Mesh | null} */ (null);
     if (material) this.material = material;
@@ -84,7 +82,7 @@ export class Sheet extends Group {
 
   /** @param {Texture | null} map */
   set map(map) {
-    this.material = map && paperMaterial(map);
+    this.material = map && new MeshBasicMaterial({ map, vertexColors: true, transparent: true, depthWrite: false, toneMapped: false });
   }
 
   /** What its paper is drawn with; null for nothing. Setting it disposes of the material before. @returns {Material | null} */
@@ -132,8 +130,28 @@ export class Sheet extends Group {
       for (const anchor of this.#anchors()) anchor.lose();
       return;
     }
-    this.show(seen.mesh, atMs);
-    if (tracked.frame) this.#lightUp(seen.mesh, tracked, tracked.frame, seen.correlation >= MIN_CORRELATION, atMs);
+    const { mesh } = seen;
+    this.show(mesh, atMs);
+    const { number, camera, frame } = tracked;
+    if (!frame) return;
+    const anchors = this.#anchors();
+    if (this.#shadow) this.#shadow.visible = anchors.length > 0;
+    // A print leaves out by itself what is covered.
+    if (this.#cover) this.#cover.visible = anchors.length > 0 || this.map === null;
+    if (!this.#shading || (!this.paper && anchors.length === 0)) return;
+    const { vertices, covering, colors } = this.#shading;
+    const isCertain = seen.correlation >= MIN_CORRELATION;
+    const uncovered = covering instanceof MaskCovering ? covering.follow(number, mesh, isCertain) : covering.follow(mesh, isCertain);
+    const light = vertices.of(mesh.vertices, uncovered, camera, smallPixels(frame));
+    for (let i = 0; i < light.length; i++) {
+      colors.setXYZW(i, light[i], light[i], light[i], gentleRamp(uncovered[i], SEEN));
+    }
+    colors.needsUpdate = true;
+    if (!this.light || !this.#shadow) return;
+    this.light.follow(light, mesh.normals, uncovered, atMs);
+    this.light.shineOn(anchors);
+    // What multiplies linear light, as the opacity of black over sRGB.
+    /** @type {ShadowMaterial} */ (this.#shadow.material).opacity = 1 - this.light.shade ** (1 / 2.2);
   }
 
   /**
@@ -193,45 +211,6 @@ export class Sheet extends Group {
     const vertices = new VertexLight(target.mesh, new TemplateLight(target.texture));
     this.#shading = { vertices, covering: target.kind === "model" ? new MaskCovering() : new PrintCovering(target), colors };
   }
-
-  /**
-   * The light on the paper, and what of it is seen.
-   *
-   * @param {SurfaceMesh} mesh
-   * @param {{ number: number, camera: SourcedCamera }} tracked
-   * @param {ImageBitmap} frame
-   * @param {boolean} certain
-   * @param {number} atMs
-   */
-  #lightUp(mesh, { number, camera }, frame, certain, atMs) {
-    const anchors = this.#anchors();
-    if (this.#shadow) this.#shadow.visible = anchors.length > 0;
-    // A print leaves out by itself what is covered.
-    if (this.#cover) this.#cover.visible = anchors.length > 0 || this.map === null;
-    if (!this.#shading || (!this.paper && anchors.length === 0)) return;
-    const { vertices, covering, colors } = this.#shading;
-    const seen = covering instanceof MaskCovering ? covering.follow(number, mesh, certain) : covering.follow(mesh, certain);
-    const light = vertices.of(mesh.vertices, seen, camera, smallPixels(frame));
-    for (let i = 0; i < light.length; i++) {
-      colors.setXYZW(i, light[i], light[i], light[i], gentleRamp(seen[i], SEEN));
-    }
-    colors.needsUpdate = true;
-    if (!this.light || !this.#shadow) return;
-    this.light.follow(light, mesh.normals, seen, atMs);
-    this.light.shineOn(anchors);
-    // What multiplies linear light, as the opacity of black over sRGB.
-    /** @type {ShadowMaterial} */ (this.#shadow.material).opacity = 1 - this.light.shade ** (1 / 2.2);
-  }
-}
-
-/** Writes depth alone, a little behind the surface, so that what lies on it is not hidden. */
-function occluderMaterial() {
-  return new MeshBasicMaterial({ colorWrite: false, side: DoubleSide, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 4 });
-}
-
-/** @param {Texture} map */
-function paperMaterial(map) {
-  return new MeshBasicMaterial({ map, vertexColors: true, transparent: true, depthWrite: false, toneMapped: false });
 }
 
 /** Writes the depth of what is nearest, where something lies before the sheet: it hides all that stands there. */

@@ -3,8 +3,7 @@
 import { CANONICAL_FOCAL } from "../camera/canonical.js";
 
 /** @import { TargetRequest } from "../engine/engine-worker.js" */
-/** @import { FollowRequest } from "./tracker-host.js" */
-/** @import { TrackerStartRequest, TrackerWorker } from "./tracker-worker.js" */
+/** @import { FinderAnswers, FollowRequest, TrackerStartRequest, TrackerWorker } from "./tracker-host.js" */
 
 /** So many workers in a row may die without having heard an answer of the finders and followed a frame after it. */
 const MAX_DEATHS = 2;
@@ -12,9 +11,8 @@ const MAX_DEATHS = 2;
 /** A tracker that outlives the death of its worker, with its targets. They are lost then, until the finders see them again. */
 export class LastingTracker {
   #create;
+  #request;
   #worker;
-  /** @type {TrackerStartRequest | null} */
-  #request = null;
   #deaths = 0;
   /** Targets that were told to be found. @type {Set<string>} */
   #found = new Set();
@@ -24,28 +22,28 @@ export class LastingTracker {
   #hearing = null;
   #closed = false;
 
-  /** @param {() => TrackerWorker} create */
-  constructor(create) {
+  /**
+   * @param {() => TrackerWorker} create
+   * @param {() => TrackerStartRequest} request what a worker starts with, now
+   */
+  constructor(create, request) {
     this.#create = create;
+    this.#request = request;
     this.#worker = create();
   }
 
-  /** @param {TrackerStartRequest} request */
-  start(request) {
-    this.#request = { ...request, targets: [...request.targets] };
-    return this.#worker.start(request);
+  start() {
+    return this.#worker.call("startTracker", this.#request());
   }
 
   /** @param {TargetRequest} target */
-  async track(target) {
-    this.#request?.targets.push(target);
-    await this.#run((worker) => worker.track(target));
+  track(target) {
+    return this.#run((worker) => worker.call("trackTarget", target));
   }
 
   /** @param {{ id: number }} request */
-  untrack({ id }) {
-    if (this.#request) this.#request.targets = this.#request.targets.filter((target) => target.id !== id);
-    return this.#worker.untrack({ id });
+  untrack(request) {
+    return this.#worker.call("untrackTarget", request);
   }
 
   /**
@@ -55,27 +53,35 @@ export class LastingTracker {
    */
   async follow(request) {
     if (request.question) this.#asked.push(this.#worker);
-    const followed = await this.#run((worker) => worker.follow(request));
+    const followed = await this.#run((worker) => worker.call("follow", request));
     // Nothing is followed before the first answer: it is then that a worker has most to do.
     if (followed && this.#hearing === this.#worker) this.#deaths = 0;
-    const tracked = followed ?? this.#lost(request);
+    const tracked = followed ?? {
+      // The worker died with it: nothing is found any more.
+      targets: this.#request().targets.flatMap(({ id, source }) => {
+        const copies = source.kind === "picture" ? source.copies : 1;
+        return Array.from({ length: copies }, (_, copy) => ({ id, copy, found: false, held: false, surface: null, correlation: 0, iterations: 0 }));
+      }),
+      next: { focal: request.focal ?? CANONICAL_FOCAL, intervalMs: 0, question: null },
+      ...{ afresh: true, focal: null, times: { warpMs: 0, trackMs: 0 }, readMs: 0 },
+    };
     // A worker does not know what was told before it was started.
     const targets = tracked.targets.map((target) => ({ ...target, changed: target.found !== this.#found.has(named(target)) }));
     this.#found = new Set(targets.flatMap((target) => (target.found ? [named(target)] : [])));
     return { ...tracked, targets };
   }
 
-  /** @param {Parameters<TrackerWorker["answer"]>[0]} request */
+  /** @param {FinderAnswers} request */
   async answer(request) {
     const worker = this.#worker;
-    const heard = this.#asked.shift() === worker ? await this.#run((worker) => worker.answer(request)) : null;
+    const heard = this.#asked.shift() === worker ? await this.#run((worker) => worker.call("answer", request)) : null;
     if (heard) this.#hearing = worker;
     return heard ?? { effects: [], next: null, answerMs: 0 };
   }
 
   /** @param {{ id: number }} request */
   maps(request) {
-    return this.#worker.maps(request);
+    return this.#worker.call("trackedMaps", request);
   }
 
   /**
@@ -100,31 +106,16 @@ export class LastingTracker {
     try {
       return await work(worker);
     } catch (error) {
-      if (this.#closed || !worker.hasEnded || !this.#request) throw error;
+      if (this.#closed || !worker.hasEnded) throw error;
       // Another call may have seen it before.
       if (worker === this.#worker) {
         if (++this.#deaths > MAX_DEATHS) throw error;
         this.#worker = this.#create();
         // Calls wait for it in the worker; one that cannot start is dead for them too.
-        this.#worker.start(this.#request).catch((reason) => this.#worker.terminate(reason));
+        this.start().catch((reason) => this.#worker.terminate(reason));
       }
       return null;
     }
-  }
-
-  /**
-   * What is told of a frame with which the worker died.
-   *
-   * @param {FollowRequest} request
-   */
-  #lost({ focal = CANONICAL_FOCAL }) {
-    const nothing = { surface: null, correlation: 0, iterations: 0 };
-    const targets = (this.#request?.targets ?? []).flatMap(({ id, source }) => {
-      const copies = source.kind === "picture" ? source.copies : 1;
-      return Array.from({ length: copies }, (_, copy) => ({ id, copy, found: false, held: false, ...nothing }));
-    });
-    const next = { focal, intervalMs: 0, question: null };
-    return { targets, afresh: true, focal: null, next, times: { warpMs: 0, trackMs: 0 }, readMs: 0 };
   }
 }
 

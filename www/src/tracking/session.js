@@ -13,17 +13,11 @@ import { scaledDepth } from "../results/estimate.js";
 import { SurfaceMesh } from "../results/surface-mesh.js";
 import { TrackedFrame, TrackedTarget } from "../results/tracked-frame.js";
 import { VideoFrames } from "../frames/video-frames.js";
+import { LastingTracker } from "./lasting-tracker.js";
 
+/** @import { Estimate, FollowOptions, OwnFrame, Smoothing, SourcedCamera, StallReason, Target } from "../index.js" */
 /** @import { RawAnswer, TargetRequest } from "../engine/engine-worker.js" */
-/** @import { Estimate } from "../results/estimate.js" */
-/** @import { SourcedCamera } from "../camera/intrinsics.js" */
-/** @import { FollowOptions } from "../deepsft.js" */
-/** @import { OwnFrame } from "../frames/own-frames.js" */
-/** @import { StallReason } from "../frames/video-frames.js" */
-/** @import { Target } from "../targets/target.js" */
-/** @import { LastingTracker } from "./lasting-tracker.js" */
-/** @import { NextFrame } from "./tracker-host.js" */
-/** @import { Smoothing } from "./tracker-worker.js" */
+/** @import { NextFrame, TrackerWorker } from "./tracker-host.js" */
 
 /**
  * Where frames come from: a video, a camera, or frames of one's own.
@@ -55,7 +49,7 @@ import { VideoFrames } from "../frames/video-frames.js";
 /**
  * @typedef {object} OwnParts
  * @property {readonly Target[]} targets
- * @property {LastingTracker} tracker ended with the session
+ * @property {() => TrackerWorker} startTracker starts a worker, which is ended with the session
  * @property {WebAssembly.Module} module
  * @property {Smoothing | null} smooth
  * @property {(target: Target) => TargetRequest} sourceOf
@@ -92,6 +86,7 @@ const STALLED_LOOKS = 3;
  */
 export class Session extends Announcer {
   #parts;
+  #tracker;
   #frames;
   /** @type {CameraStream | null} */
   #stream;
@@ -131,16 +126,22 @@ export class Session extends Announcer {
   constructor(source, parts) {
     super();
     this.#parts = parts;
+    this.#followed = new Map(parts.targets.map((target) => [target.id, target]));
+    const { module, smooth, sourceOf, signal } = parts;
+    this.#tracker = new LastingTracker(parts.startTracker, () => ({ module, smooth, targets: this.targets.map(sourceOf) }));
     this.#stream = source instanceof CameraStream ? source : null;
     const video = source instanceof CameraStream ? source.video : source;
-    this.#frames = Symbol.asyncIterator in video ? new OwnFrames(video) : new VideoFrames(video, parts.software);
-    this.#followed = new Map(parts.targets.map((target) => [target.id, target]));
+    this.#frames = Symbol.asyncIterator in video ? new OwnFrames(video, this.#listening.signal) : new VideoFrames(video, this.#listening.signal, parts.software);
     // The finders look at the first frame while the tracker starts, which then follows it.
     const question = this.#followed.size > 0 ? { ids: [...this.#followed.keys()], onlyConfirms: false } : null;
     this.#next = { focal: CANONICAL_FOCAL, intervalMs: 0, question };
-    const { module, smooth, tracker, sourceOf, signal } = parts;
-    tracker.start({ module, smooth, targets: parts.targets.map(sourceOf) }).catch((error) => this.#finish(error));
-    this.#watching = setInterval(() => this.#watch(), WATCH_MS);
+    this.#tracker.start().catch((error) => this.#finish(error));
+    // Tells when frames have stopped to come, to a page that is seen.
+    this.#watching = setInterval(() => {
+      const isAway = this.#stream?.interrupted || (typeof document !== "undefined" && document.visibilityState === "hidden");
+      this.#quiet = this.#frames.silentMs >= WATCH_MS && !isAway ? this.#quiet + 1 : 0;
+      if (this.#quiet === STALLED_LOOKS) this.tell("stalled", { reason: this.#frames.silence });
+    }, WATCH_MS);
     const options = { signal: this.#listening.signal };
     signal?.addEventListener("abort", () => this.#finish(signal.reason), options);
     const stream = this.#stream;
@@ -186,7 +187,7 @@ export class Session extends Announcer {
     if (this.#end) throw closedError();
     if (this.#followed.has(target.id)) return;
     this.#followed.set(target.id, target);
-    this.#parts.tracker.track(request).catch((error) => this.#finish(error));
+    this.#tracker.track(request).catch((error) => this.#finish(error));
   }
 
   /**
@@ -195,7 +196,7 @@ export class Session extends Announcer {
    * @param {Target} target one that is not followed is left alone
    */
   removeTarget({ id }) {
-    if (this.#followed.delete(id)) this.#parts.tracker.untrack({ id }).catch(() => undefined);
+    if (this.#followed.delete(id)) this.#tracker.untrack({ id }).catch(() => undefined);
   }
 
   /**
@@ -208,7 +209,7 @@ export class Session extends Announcer {
    */
   async maps(target) {
     const [of] = target ? [target] : this.#followed.values();
-    const maps = await this.#parts.tracker.maps({ id: of?.id ?? -1 });
+    const maps = await this.#tracker.maps({ id: of?.id ?? -1 });
     return { ...maps, depth: scaledDepth(maps.depth, of?.mesh.perMm) };
   }
 
@@ -218,21 +219,12 @@ export class Session extends Announcer {
     this.#end = { error };
     this.#listening.abort();
     clearInterval(this.#watching);
-    this.#frames.stop();
-    this.#parts.tracker.terminate(closedError());
+    this.#tracker.terminate(closedError());
     this.tell("ended", { error });
-  }
-
-  /** Tells when frames have stopped to come, to a page that is seen. */
-  #watch() {
-    const isAway = this.#stream?.interrupted || (typeof document !== "undefined" && document.visibilityState === "hidden");
-    this.#quiet = this.#frames.silentMs >= WATCH_MS && !isAway ? this.#quiet + 1 : 0;
-    if (this.#quiet === STALLED_LOOKS) this.tell("stalled", { reason: this.#frames.silence });
   }
 
   /** @returns {AsyncGenerator<TrackedFrame, void, void>} */
   async *#run() {
-    /** @type {Following | null} */
     let next = null;
     // It may have been held back from the start.
     if (this.#stream?.interrupted) this.tell("interrupted", null);
@@ -242,31 +234,42 @@ export class Session extends Announcer {
         next = null;
         if (!current) break;
         current.ask();
-        const raw = await this.#followedBy(current);
-        if (!raw) break;
         const { frame, timeMs, camera, grabMs, number } = current;
-        const totalMs = performance.now() - current.began;
-        // Some may have been removed meanwhile.
-        const seen = raw.targets.flatMap((one) => {
-          const target = this.#followed.get(one.id);
-          if (!target) return [];
-          const mesh = one.surface ? new SurfaceMesh(one.surface, target.mesh, "tracking") : null;
-          return [{ changed: one.changed, tracked: new TrackedTarget({ ...one, target, mesh }) }];
-        });
-        const targets = seen.map(({ tracked }) => tracked);
-        const times = { captureMs: grabMs + raw.readMs, ...raw.times, totalMs };
-        const tracked = new TrackedFrame({ number, timeMs, targets, camera, times, networkFps: this.#networkFps, frame });
+        /** @type {TrackedFrame | null} */
+        let tracked = null;
         try {
+          const raw = await current.answer;
+          if (this.#end) break;
+          this.#next = raw.next;
+          // Estimates of frames before are of another camera, or of this one as it was held.
+          if (raw.afresh) this.#viewBegan = number;
+          const totalMs = performance.now() - current.began;
+          // Some may have been removed meanwhile.
+          const seen = raw.targets.flatMap((one) => {
+            const target = this.#followed.get(one.id);
+            if (!target) return [];
+            const mesh = one.surface ? new SurfaceMesh(one.surface, target.mesh, "tracking") : null;
+            return [{ changed: one.changed, tracked: new TrackedTarget({ ...one, target, mesh }) }];
+          });
+          const targets = seen.map(({ tracked }) => tracked);
+          const times = { captureMs: grabMs + raw.readMs, ...raw.times, totalMs };
+          tracked = new TrackedFrame({ number, timeMs, targets, camera, times, networkFps: this.#networkFps, frame });
           // Where a frame waits already, the worker follows it while the page draws this one.
           next = this.#frames.waiting ? await this.#begin(true) : null;
           if (this.#end) break;
           for (const { changed, tracked: { target, copy, found } } of seen)
             if (changed) this.tell(found ? "found" : "lost", { target, copy, frame: tracked });
           yield tracked;
+          // The camera may have changed, or been forgotten, since.
+          if (!raw.focal || JSON.stringify(camera) !== this.#camera) continue;
+          const { width, height } = current.size;
+          const focal = (raw.focal.ratio * camera.fx * width) / camera.width;
+          const spread = raw.focal.deviation * focal;
+          this.#stream?.calibrate(width, height, focal, spread);
+          this.tell("focal", { width, height, focal, spread });
         } finally {
-          if (!tracked.kept) tracked.close();
+          if (!tracked?.kept) (tracked ?? frame).close();
         }
-        if (raw.focal) this.#tellFocal(current, raw.focal);
       }
     } catch (error) {
       this.#finish(asDeepSftError(error));
@@ -278,28 +281,6 @@ export class Session extends Announcer {
     if (this.#end?.error) throw this.#end.error;
   }
 
-  /**
-   * What the tracker says of a frame.
-   *
-   * @param {Following} following its frame is closed where nobody wants to know any more
-   * @returns null once closed
-   */
-  async #followedBy({ answer, number, frame }) {
-    const raw = await answer.catch((error) => {
-      frame.close();
-      if (!this.#end) throw error;
-      return null;
-    });
-    if (!raw || this.#end) {
-      frame.close();
-      return null;
-    }
-    this.#next = raw.next;
-    // Estimates of frames before are of another camera, or of this one as it was held.
-    if (raw.afresh) this.#viewBegan = number;
-    return raw;
-  }
-
   /** How sure the focal length of a camera is, as the tracker takes it. @param {SourcedCamera} camera */
   #focalDeviation({ source, spread, fx }) {
     const isWanted = this.#parts.calibrate ?? this.#stream !== null;
@@ -308,24 +289,11 @@ export class Session extends Announcer {
   }
 
   /**
-   * @param {Following} following
-   * @param {{ ratio: number, deviation: number }} found
-   */
-  #tellFocal({ camera, size: { width, height } }, { ratio, deviation }) {
-    // The camera may have changed, or been forgotten, since.
-    if (JSON.stringify(camera) !== this.#camera) return;
-    const focal = (ratio * camera.fx * width) / camera.width;
-    const spread = deviation * focal;
-    this.#stream?.calibrate(width, height, focal, spread);
-    this.tell("focal", { width, height, focal, spread });
-  }
-
-  /**
    * Waits for a frame that is worth it, and has the tracker follow it.
    *
    * @param {boolean} [waitsNot] whether only the frame that waits is tried: the one before it must not be held back for another,
    *   which may never come
-   * @returns {Promise<Following | null>} null once closed, and where that frame is not worth it
+   * @returns null once closed, and where that frame is not worth it
    */
   async #begin(waitsNot = false) {
     for (let tries = 0; tries === 0 || !waitsNot; tries++) {
@@ -347,10 +315,10 @@ export class Session extends Announcer {
   }
 
   /**
-   * Takes a frame, and has the tracker follow it.
+   * Takes a frame, and has the tracker follow it. `size` is that with which it came; `ask` has the finders asked about it, once the frame
+   * before it is closed.
    *
    * @param {number} timeMs
-   * @returns {Promise<Following>}
    * @throws {DeepSftError} `image-unreadable`, `image-cross-origin`, `camera-intrinsics`
    */
   async #take(timeMs) {
@@ -378,9 +346,7 @@ export class Session extends Announcer {
       const intrinsics = canonical ? canonicalIntrinsics(camera, focal) : intrinsicsOf(camera);
       const source = [camera.width, camera.height, ...intrinsicsOf(camera)];
       const focalDeviation = this.#focalDeviation(camera);
-      const answer = this.#parts.tracker.follow(
-        { timeS: this.#timeS, afresh, frame: looked, intrinsics, source, focalDeviation, focal, question },
-      );
+      const answer = this.#tracker.follow({ timeS: this.#timeS, afresh, frame: looked, intrinsics, source, focalDeviation, focal, question });
       // It may come to nothing before it is waited for.
       answer.catch(() => undefined);
       // The tracker knows of the question by now, as it must before it hears the answer.
@@ -411,7 +377,7 @@ export class Session extends Announcer {
    * @param {Question} question
    */
   async #ask(number, question) {
-    const { tracker, find, onEstimate } = this.#parts;
+    const { find, onEstimate } = this.#parts;
     if (this.#end) {
       question.canonical?.close();
       return question.frame.close();
@@ -423,7 +389,7 @@ export class Session extends Announcer {
       const now = performance.now();
       if (Number.isFinite(this.#answeredAt)) this.#networkFps = 1000 / (now - this.#answeredAt);
       this.#answeredAt = now;
-      const heard = tracker.answer({ answers, tookMs: now - began, sinceMissedMs: now - this.#frames.missedAt });
+      const heard = this.#tracker.answer({ answers, tookMs: now - began, sinceMissedMs: now - this.#frames.missedAt });
       // Should the callback throw, nobody waits for this any more.
       heard.catch(() => undefined);
       if (estimate && number < this.#viewBegan) estimate.close();
@@ -435,21 +401,6 @@ export class Session extends Announcer {
     }
   }
 }
-
-/**
- * A frame that the tracker is following.
- *
- * @typedef {object} Following
- * @property {number} number
- * @property {number} timeMs
- * @property {ImageBitmap} frame
- * @property {SourcedCamera} camera
- * @property {{ width: number, height: number }} size with which the frame came, pixels
- * @property {number} began when the tracker was free for it, milliseconds
- * @property {number} grabMs
- * @property {ReturnType<LastingTracker["follow"]>} answer
- * @property {() => void} ask has the finders asked about it, once the frame before it is closed
- */
 
 function closedError() {
   return new DeepSftError("closed", "The session was closed.");

@@ -8,7 +8,19 @@ import { closeFrame } from "../frames/image-input.js";
 import { addSource } from "../targets/add-source.js";
 
 /** @import { RawAnswer, TargetRequest } from "../engine/engine-worker.js" */
-/** @import { TrackerStartRequest } from "./tracker-worker.js" */
+/** @import { WorkerCalls } from "../engine/worker-calls.js" */
+
+/** The worker that follows meshes. @typedef {WorkerCalls<typeof import("./tracker-host.js")>} TrackerWorker */
+
+/**
+ * The One-Euro filter of each vertex (Casiez, Roussel and Vogel 2012): a low-pass with the cut-off `minCutoff` (Hz, default 2)
+ * for a vertex at rest. The cut-off rises by `beta` (Hz per mm/s, default 0.1) with the vertex's speed, so that motion hardly
+ * lags.
+ *
+ * @typedef {{ minCutoff?: number, beta?: number }} Smoothing
+ */
+
+/** @typedef {{ module: WebAssembly.Module, targets: TargetRequest[], smooth: Smoothing | null }} TrackerStartRequest */
 
 /** What waits for the tracker to start waits in turn. @type {Promise<MeshTracker> | undefined} */
 let tracker;
@@ -19,17 +31,13 @@ async function started() {
 }
 
 /** @param {TrackerStartRequest} request */
-export async function startTracker(request) {
-  tracker = start(request);
+export async function startTracker({ module, targets, smooth }) {
+  tracker = initialise({ module_or_path: module }).then(async () => {
+    const started = new MeshTracker(smooth !== null, smooth?.minCutoff, smooth?.beta);
+    for (const { id, source } of targets) await addSource(started, id, source);
+    return started;
+  });
   await tracker;
-}
-
-/** @param {TrackerStartRequest} request */
-async function start({ module, targets, smooth }) {
-  await initialise({ module_or_path: module });
-  const tracker = new MeshTracker(smooth !== null, smooth?.minCutoff, smooth?.beta);
-  for (const { id, source } of targets) await addSource(tracker, id, source);
-  return tracker;
 }
 
 /** @param {TargetRequest} target */
@@ -78,11 +86,9 @@ export async function follow({ timeS, afresh = false, frame, intrinsics, source,
   return { ...followed, times: { warpMs, trackMs }, readMs };
 }
 
-/**
- * What the finders say, how long that took, and how long ago a frame was missed.
- *
- * @param {{ answers: RawAnswer[], tookMs: number, sinceMissedMs: number }} request
- */
+/** What the finders say, how long that took, and how long ago a frame was missed. @typedef {{ answers: RawAnswer[], tookMs: number, sinceMissedMs: number }} FinderAnswers */
+
+/** @param {FinderAnswers} request */
 export async function answer({ answers, tookMs, sinceMissedMs }) {
   const tracker = await started();
   const began = performance.now();

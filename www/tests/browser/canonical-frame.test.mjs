@@ -88,9 +88,9 @@ test("the browser's canonical image is the engine's warp to a few grey levels, b
 test("the tracker follows the browser's canonical image as it follows the whole frame", { timeout: SLOW_MS }, (t) =>
   onPage({}, async ({ page }) => {
     const runs = await page.evaluate(async ([addresses, camera]) => {
-      const [{ TrackerWorker }, { compileEngine }, { fetchBundle }, { cameraForImage, intrinsicsOf }, { canonicalFrame, canonicalIntrinsics }] =
+      const [{ WorkerCalls }, { compileEngine }, { fetchBundle }, { cameraForImage, intrinsicsOf }, { canonicalFrame, canonicalIntrinsics }] =
         await Promise.all(
-          ["tracking/tracker-worker", "engine/engine-worker", "engine/bundle", "camera/intrinsics", "frames/canonical-frame"].map(
+          ["engine/worker-calls", "engine/engine-worker", "engine/bundle", "camera/intrinsics", "frames/canonical-frame"].map(
             (name) => import(`/src/${name}.js`),
           ),
         );
@@ -101,16 +101,16 @@ test("the tracker follows the browser's canonical image as it follows the whole 
       const sourced = cameraForImage(camera, camera.width, camera.height);
       const { vertices } = await (await sft.estimate(bitmaps[0], { camera })).completeMesh();
       const run = async (isCanonical) => {
-        const tracker = new TrackerWorker();
-        await tracker.start({ module, targets: [{ id: 0, source: { kind: "model", files } }], smooth: null });
+        const tracker = new WorkerCalls();
+        await tracker.call("startTracker", { module, targets: [{ id: 0, source: { kind: "model", files } }], smooth: null });
         const [meshes, times] = [[], []];
         for (const [number, bitmap] of bitmaps.entries()) {
           const frame = isCanonical ? canonicalFrame(bitmap, sourced) : await createImageBitmap(bitmap);
           const intrinsics = isCanonical ? canonicalIntrinsics(sourced) : intrinsicsOf(sourced);
           const question = number === 0 ? { ids: [0], onlyConfirms: false } : null;
-          const { targets, readMs, times: { warpMs } } = await tracker.follow({ timeS: number / 30, frame, intrinsics, question });
+          const { targets, readMs, times: { warpMs } } = await tracker.call("follow", { timeS: number / 30, frame, intrinsics, question });
           const answers = [{ id: 0, sightings: [vertices.slice()] }];
-          if (question) await tracker.answer({ answers, tookMs: 10, sinceMissedMs: Infinity });
+          if (question) await tracker.call("answer", { answers, tookMs: 10, sinceMissedMs: Infinity });
           else meshes.push([...targets[0].surface.vertices]);
           times.push(readMs + warpMs);
         }

@@ -76,7 +76,7 @@ test("an image of a fisheye is measured, and what the page draws lies on the she
       document.body.append(place);
       const view = await start(place, { sft, photograph: blob, camera, screens: false });
       await new Promise((resolve) => view.addEventListener("found", resolve));
-      const overlays = new Overlays(view, target);
+      const overlays = new Overlays(view, target, place, new AbortController().signal);
       const pen = new OffscreenCanvas(width, height).getContext("2d", { willReadFrequently: true });
       const draw = async (overlay) => {
         overlays.show({ overlay, paper: "aurora", object: "house" });

@@ -88,7 +88,7 @@ async function onStage(software, body) {
       const sft = { targets: [target], follow: () => session };
       const view = await start(place, { sft, source: document.createElement("video"), screens: false });
       view.software = software;
-      const overlays = new Overlays(view, target);
+      const overlays = new Overlays(view, target, place, new AbortController().signal);
       const pen = new OffscreenCanvas(camera.width, camera.height).getContext("2d");
       pen.fillStyle = color;
       pen.fillRect(0, 0, camera.width, camera.height);
@@ -109,7 +109,7 @@ async function onStage(software, body) {
         overlays.follow(surface, { near: 0, far: 1, step: 1 });
         await show(surface);
         if (isChosenLater) overlays.show(choice);
-        if (tap) overlays.placeObjectAt(tap[0] / camera.width, tap[1] / camera.height);
+        if (tap) place.dispatchEvent(new MouseEvent("click", { clientX: tap[0], clientY: tap[1] }));
         await drawn();
       };
     },

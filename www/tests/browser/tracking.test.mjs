@@ -74,9 +74,9 @@ test("the tracker follows a clip as the native one does", { timeout: SLOW_MS }, 
     const shown = clip.frames.map(({ address }) => address);
     const answers = await demo.page.evaluate(
       async ([addresses, camera]) => {
-        const [{ DeepSft }, { TrackerWorker }, { compileEngine }, { fetchBundle }, { cameraForFrame, intrinsicsOf }] =
+        const [{ DeepSft }, { WorkerCalls }, { compileEngine }, { fetchBundle }, { cameraForFrame, intrinsicsOf }] =
           await Promise.all(
-            ["index", "tracking/tracker-worker", "engine/engine-worker", "engine/bundle", "camera/intrinsics"].map(
+            ["index", "engine/worker-calls", "engine/engine-worker", "engine/bundle", "camera/intrinsics"].map(
               (name) => import(`./src/${name}.js`),
             ),
           );
@@ -84,8 +84,8 @@ test("the tracker follows a clip as the native one does", { timeout: SLOW_MS }, 
         const module = await compileEngine(new URL("dist/deepsft_web_bg.wasm", location.href));
         const files = await fetchBundle(new URL("models/poster-a4/", location.href));
         files.delete("weights.bpk");
-        const tracker = new TrackerWorker(undefined);
-        await tracker.start({ module, targets: [{ id: 0, source: { kind: "model", files } }], smooth: null });
+        const tracker = new WorkerCalls(undefined);
+        await tracker.call("startTracker", { module, targets: [{ id: 0, source: { kind: "model", files } }], smooth: null });
         const meshes = [];
         const times = [];
         let verdict = null;
@@ -94,17 +94,17 @@ test("the tracker follows a clip as the native one does", { timeout: SLOW_MS }, 
           const intrinsics = intrinsicsOf(cameraForFrame(camera, { frame, width: frame.width, height: frame.height }));
           const estimate = i === 0 ? await sft.estimate(frame, { camera }) : null;
           const question = i === 0 ? { ids: [0], onlyConfirms: false } : null;
-          const tracked = await tracker.follow({ timeS: i / 30, frame, intrinsics, question });
+          const tracked = await tracker.call("follow", { timeS: i / 30, frame, intrinsics, question });
           if (estimate) {
             const { vertices } = await estimate.completeMesh();
             const answers = [{ id: 0, sightings: [vertices] }];
-            verdict = (await tracker.answer({ answers, tookMs: 100, sinceMissedMs: Infinity })).effects[0].effect;
+            verdict = (await tracker.call("answer", { answers, tookMs: 100, sinceMissedMs: Infinity })).effects[0].effect;
           }
           const [{ surface }] = tracked.targets;
           meshes.push(surface && [...surface.vertices]);
           times.push(tracked.times.trackMs);
         }
-        const { depth } = await tracker.maps({ id: 0 });
+        const { depth } = await tracker.call("trackedMaps", { id: 0 });
         tracker.terminate(new Error("done"));
         sft.close();
         return { meshes, times, verdict, area: depth.filter((d) => d > 0).length };

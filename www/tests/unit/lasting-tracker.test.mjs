@@ -10,18 +10,10 @@ class FakeWorker {
   constructor(deadly) {
     this.deadly = deadly;
   }
-  #do(name, value) {
-    if (this.deadly.has(name)) this.terminate();
-    return this.hasEnded ? Promise.reject(new Error("The worker died.")) : Promise.resolve(value);
-  }
-  start() {
-    return this.#do("start");
-  }
-  follow() {
-    return this.#do("follow", { targets: [] });
-  }
-  answer() {
-    return this.#do("answer", { effects: [], next: null, answerMs: 1 });
+  async call(method) {
+    if (this.deadly.has(method)) this.terminate();
+    if (this.hasEnded) throw new Error("The worker died.");
+    return method === "follow" ? { targets: [] } : { effects: [], next: null, answerMs: 1 };
   }
   terminate() {
     this.hasEnded = true;
@@ -32,8 +24,9 @@ class FakeWorker {
 function tracker(...deadly) {
   const calls = new Set(deadly);
   const workers = [];
-  const lasting = new LastingTracker(() => workers[workers.push(new FakeWorker(calls)) - 1]);
-  const start = lasting.start({ module: null, targets: [], smooth: null });
+  const create = () => workers[workers.push(new FakeWorker(calls)) - 1];
+  const lasting = new LastingTracker(create, () => ({ module: null, targets: [], smooth: null }));
+  const start = lasting.start();
   return { lasting, workers, calls, start };
 }
 

@@ -6,7 +6,6 @@ import { setTimeout as wait } from "node:timers/promises";
 
 import { CameraStream } from "deepsft";
 import { DeepSftError } from "../../src/error.js";
-import { LastingTracker } from "../../src/tracking/lasting-tracker.js";
 import { Session } from "../../src/tracking/session.js";
 
 /** All bitmaps that are open. */
@@ -56,16 +55,19 @@ class FakeWorker {
   answers = (request) => ({ found: request.number > 0 });
   #tracked = new Map();
   #frames = 0;
-  start({ targets }) {
+  call(method, request) {
+    return this[method](request);
+  }
+  startTracker({ targets }) {
     for (const { id } of targets) this.#tracked.set(id, true);
     this.told.push(["start", ...this.#tracked.keys()]);
     return Promise.resolve();
   }
-  async track({ id }) {
+  async trackTarget({ id }) {
     this.#tracked.set(id, true);
     this.told.push(["track", id]);
   }
-  async untrack({ id }) {
+  async untrackTarget({ id }) {
     this.#tracked.delete(id);
     this.told.push(["untrack", id]);
   }
@@ -98,7 +100,7 @@ afterEach(() => {
 function follow(source, options = {}) {
   const session = new Session(source, {
     targets: [POSTER],
-    tracker: new LastingTracker(() => worker),
+    startTracker: () => worker,
     module: null,
     smooth: null,
     sourceOf: ({ id }) => ({ id, source: null }),

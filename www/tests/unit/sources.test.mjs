@@ -84,7 +84,7 @@ test("a person's own picture waits for no model, and does not fail with it", asy
   const subjects = new Subjects(() => undefined, () => learned.push("learning"));
   const poster = subjects.ready();
   poster.catch(() => undefined);
-  subjects.choose({ canvas: {}, name: "mine", widthMm: 100 });
+  subjects.chosen = { canvas: {}, name: "mine", widthMm: 100 };
   const own = subjects.ready();
   await settle();
   assert.deepEqual(loads.map(({ model }) => model), ["models/poster-a4/", undefined]);
@@ -94,9 +94,9 @@ test("a person's own picture waits for no model, and does not fail with it", asy
   await assert.rejects(poster, /no network/);
   // Chosen, and left for the poster before it is learned.
   const other = { canvas: {}, name: "other", widthMm: 100 };
-  subjects.choose(other);
+  subjects.chosen = other;
   const late = subjects.ready();
-  subjects.choose("poster");
+  subjects.chosen = "poster";
   await late;
   assert.deepEqual(learned, ["learning"], "who looks at the poster is not told of it");
 });

@@ -19,9 +19,15 @@ class FakeVideo extends EventTarget {
   }
 }
 
+/** The frames of a video, which `stop` ends. */
+function framesOf(video) {
+  const stopping = new AbortController();
+  return Object.assign(new VideoFrames(video, stopping.signal), { stop: () => stopping.abort() });
+}
+
 test("a frame that was shown before it was asked for is given at once, the newest one only", async () => {
   const video = new FakeVideo();
-  const frames = new VideoFrames(video);
+  const frames = framesOf(video);
   video.show(10);
   video.show(20);
   assert.equal(await frames.next(), 20);
@@ -32,7 +38,7 @@ test("a frame that was shown before it was asked for is given at once, the newes
 
 test("a frame is given once", async () => {
   const video = new FakeVideo();
-  const frames = new VideoFrames(video);
+  const frames = framesOf(video);
   video.show(10);
   await frames.next();
   let answered = false;
@@ -43,7 +49,7 @@ test("a frame is given once", async () => {
 
 test("it counts how often the video plays something else, whose frames alone are given then", async () => {
   const video = new FakeVideo();
-  const frames = new VideoFrames(video);
+  const frames = framesOf(video);
   video.show(10);
   video.dispatchEvent(new Event("emptied"));
   assert.deepEqual([frames.changes, frames.waiting], [1, false]);
@@ -56,7 +62,7 @@ test("it counts how often the video plays something else, whose frames alone are
 
 test("stopping ends the wait, and the video is listened to no more", async () => {
   const video = new FakeVideo();
-  const frames = new VideoFrames(video);
+  const frames = framesOf(video);
   const waiting = frames.next();
   frames.stop();
   assert.equal(await waiting, null);
@@ -67,7 +73,7 @@ test("stopping ends the wait, and the video is listened to no more", async () =>
 
 test("it says whether a frame waits, and when one last went by untaken", async () => {
   const video = new FakeVideo();
-  const frames = new VideoFrames(video);
+  const frames = framesOf(video);
   assert.equal(frames.waiting, false);
   video.show(10);
   assert.deepEqual([frames.waiting, frames.missedAt], [true, -Infinity]);
@@ -86,7 +92,7 @@ test("where the browser does not tell, a picture that stays, as of a paused vide
   t.after(() => delete globalThis.requestAnimationFrame);
   const refresh = (at) => screen.splice(0).forEach((callback) => callback(at));
   const video = Object.assign(new EventTarget(), { readyState: 0, HAVE_CURRENT_DATA: 2, currentTime: 0 });
-  const frames = new VideoFrames(video);
+  const frames = framesOf(video);
   refresh(10);
   assert.equal(frames.waiting, false, "it has no picture yet");
   video.readyState = 4;

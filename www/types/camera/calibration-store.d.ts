@@ -5,14 +5,10 @@ export type Calibration = {
 /** @param {string} key */
 export declare function readCalibration(key: string): Calibration | null;
 /**
+ * Keeps a calibration unless a surer one is kept: both deviations are known, and that one's is the smaller part of its focal length.
+ *
  * @param {string} key
  * @param {Calibration | null} calibration null forgets
+ * @returns {boolean} whether it is what is kept now
  */
-export declare function writeCalibration(key: string, calibration: Calibration | null): void;
-/**
- * Whether one calibration is surer than another: both deviations are known, and its own is the smaller part of the focal length.
- *
- * @param {Calibration} one
- * @param {Calibration} other
- */
-export declare function isSurer(one: Calibration, other: Calibration): boolean;
+export declare function keepCalibration(key: string, calibration: Calibration | null): boolean;

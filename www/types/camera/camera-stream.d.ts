@@ -50,7 +50,7 @@ export declare class CameraStream extends EventTarget {
     constructor(video: HTMLVideoElement, stream: MediaStream);
     /** The element it plays in. */
     get video(): HTMLVideoElement;
-    /** Aborted when it was closed, or is lost. */
+    /** Aborted when it was closed, or is lost, with why. */
     get signal(): AbortSignal;
     /** Plays the stream; called by {@link openCamera}. */
     start(): Promise<void>;

@@ -1,13 +1,5 @@
-export type Lens = {
-    /**
-     * (k1, k2, p1, p2, k3)
-     */
-    distortion?: readonly number[];
-    /**
-     * (k1, k2, k3, k4), in place of `distortion`
-     */
-    fisheye?: readonly number[];
-};
+import type { Camera } from "./intrinsics.js";
+export type Lens = Pick<Camera, "distortion" | "fisheye">;
 /**
  * GLSL of the same, for vertex and fragment shaders: `vec2 distorted(vec2 ray)` says where the lens brings the ray (x, y, 1), and
  * `vec2 undistorted(vec2 place)` is its inverse, both in focal lengths from the principal point. The uniform `u_lens` takes

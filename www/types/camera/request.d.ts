@@ -30,7 +30,7 @@ export declare function requestStream({ facing, deviceId }: OpenCameraOptions): 
  */
 export declare function requestCamera(deviceId: string): Promise<MediaStream>;
 /**
- * A stream of a camera that looks this way; of several back cameras the main one.
+ * A stream of a camera that looks this way; of several back cameras the main one, where the browser tells them apart.
  *
  * @param {Facing} facing
  * @param {"exact" | "ideal"} [strictness] whether one that looks another way will not do

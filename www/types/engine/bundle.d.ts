@@ -1,8 +1,21 @@
+import type { LoadOptions } from "../deepsft.js";
 export type LoadProgress = {
     phase: "engine" | "model" | "start";
     loadedBytes: number;
     totalBytes: number | null;
 };
+/** @import { LoadOptions } from "../deepsft.js" */
+/**
+ * How far loading has come. `engine` is the WebAssembly module, `model` the bundle, `start` the time in which
+ * the device starts and the first, slow, frame runs. `totalBytes` is null where the server does not say.
+ *
+ * @typedef {object} LoadProgress
+ * @property {"engine" | "model" | "start"} phase
+ * @property {number} loadedBytes
+ * @property {number | null} totalBytes
+ */
+/** What describes a model, in its folder. */
+export declare const MODEL_FILE = "model.json";
 export type ModelInput = string | URL | Iterable<File> | Map<string, Uint8Array>;
 /**
  * A model: its folder's address, relative to the page, or its files: as an input for folders gives them, or by their paths in the folder.
@@ -30,20 +43,11 @@ export declare function fetchBytes(url: URL, signal: AbortSignal | undefined, { 
  * taken from what this browser keeps, where their hashes are the same.
  *
  * @param {URL} folder ends in "/"
- * @param {object} [options]
- * @param {(progress: LoadProgress) => void} [options.onProgress]
- * @param {AbortSignal} [options.signal]
- * @param {boolean} [options.keep] whether to keep the files in this browser, and take what it keeps
- * @param {HeadersInit} [options.headers] of each request
+ * @param {Pick<LoadOptions, "onProgress" | "signal" | "keep" | "headers">} [options]
  * @returns {Promise<Map<string, Uint8Array>>} file name (relative, "/") to content
  * @throws {DeepSftError} `model-load`, `model-corrupt`
  */
-export declare function fetchBundle(folder: URL, { onProgress, signal, keep, headers }?: {
-    onProgress?: (progress: LoadProgress) => void;
-    signal?: AbortSignal;
-    keep?: boolean;
-    headers?: HeadersInit;
-}): Promise<Map<string, Uint8Array>>;
+export declare function fetchBundle(folder: URL, { onProgress, signal, keep, headers }?: Pick<LoadOptions, "onProgress" | "signal" | "keep" | "headers">): Promise<Map<string, Uint8Array>>;
 /**
  * Reads files.
  *

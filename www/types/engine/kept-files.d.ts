@@ -4,18 +4,12 @@
  */
 export declare class KeptFiles {
     #private;
+    /** @param {URL} folder of the files */
+    constructor(folder: URL);
+    /** Opens the storage, before which nothing is there. */
+    open(): Promise<void>;
     /**
-     * @param {URL} folder
-     * @param {Cache | null} cache
-     */
-    constructor(folder: URL, cache: Cache | null);
-    /**
-     * @param {URL} folder of the files
-     * @param {boolean} wanted
-     */
-    static open(folder: URL, wanted: boolean): Promise<KeptFiles>;
-    /**
-     * A kept file; one that is damaged is thrown away.
+     * A kept file; null where there is none, or one that is damaged, in whose place a good one is kept then.
      *
      * @param {string} name
      * @param {string} sha256 of its content, hexadecimal
@@ -32,9 +26,11 @@ export declare class KeptFiles {
     /**
      * Throws away what the model held before. Folders that it has no file in now may be another model's.
      *
-     * @param {Map<string, string>} hashes by name, of the files that the model holds now
+     * @param {Map<string, { sha256: string | null }>} files that the model holds now, by name
      */
-    drop(hashes: Map<string, string>): Promise<void>;
+    dropOthers(files: Map<string, {
+        sha256: string | null;
+    }>): Promise<void>;
 }
 /**
  * @param {Uint8Array<ArrayBuffer>} bytes

@@ -1,6 +1,5 @@
 import { DeepSftError } from "../error.js";
-import { EngineWorker } from "./engine-worker.js";
-import type { EngineInfo, StartRequest, TargetDescription } from "./engine-worker.js";
+import type { EngineInfo, EngineWorker, StartRequest, TargetDescription } from "./engine-worker.js";
 import type { TargetSource } from "../targets/target-source.js";
 export type StartPlan = {
     request: StartRequest;
@@ -15,7 +14,9 @@ export type StartedEngine = {
 /** An engine that outlives the loss of its GPU and the death of its worker, with its targets. */
 export declare class LastingEngine {
     #private;
-    /** The model's target, number 0; null without a model. */
+    plan: StartPlan;
+    info: EngineInfo;
+    /** The model's target; null without a model. */
     model: {
         width: number;
         height: number;
@@ -30,44 +31,14 @@ export declare class LastingEngine {
             reasons: string[];
         } | null;
     } | null;
+    /** What its targets are made of, by number. @type {Map<number, TargetSource>} */
+    sources: Map<number, TargetSource>;
+    closed: boolean;
     /**
-     * Use {@link LastingEngine.start}.
-     *
      * @param {StartPlan} plan
-     * @param {StartedEngine} started
+     * @param {StartedEngine} started with it
      */
     constructor(plan: StartPlan, { worker, info, model }: StartedEngine);
-    /**
-     * @param {StartPlan} plan
-     * @param {AbortSignal | undefined} signal
-     * @throws {DeepSftError}
-     */
-    static start(plan: StartPlan, signal: AbortSignal | undefined): Promise<LastingEngine>;
-    get info(): EngineInfo;
-    get closed(): boolean;
-    /**
-     * @param {number} id
-     * @param {TargetSource} source
-     * @throws {DeepSftError} `target-unusable`, `model-version`, `closed`
-     */
-    addTarget(id: number, source: TargetSource): Promise<{
-        width: number;
-        height: number;
-        rgba: Uint8ClampedArray<ArrayBuffer>;
-        sizeMm: [number, number];
-        mesh: {
-            faces: Uint32Array;
-            textureCoordinates: Float32Array;
-        };
-        grade: {
-            level: "hopeless" | "poor" | "fair" | "good";
-            reasons: string[];
-        } | null;
-        alike: {
-            id: number;
-            share: number;
-        }[];
-    }>;
     /** @param {number} id */
     removeTarget(id: number): void;
     /** Stops the worker; what is under way rejects with `closed`. */
@@ -80,4 +51,13 @@ export declare class LastingEngine {
      */
     run<T>(work: (worker: EngineWorker) => Promise<T>): Promise<T>;
 }
+/**
+ * Starts a worker and its engine; under `auto`, when WebGPU promised well but the engine could not start on it, once
+ * more on the CPU, in a fresh worker.
+ *
+ * @param {StartPlan} plan
+ * @param {AbortSignal | undefined} signal
+ * @returns {Promise<StartedEngine>}
+ */
+export declare function startEngine({ request, workerUrl, timeoutMs }: StartPlan, signal: AbortSignal | undefined): Promise<StartedEngine>;
 export declare function closedError(): DeepSftError;

@@ -14,14 +14,13 @@ export type TrustedTypes = {
  */
 export declare class WorkerCalls<Host extends Record<string, (request: any) => unknown>> {
     #private;
+    hasEnded: boolean;
     /**
      * @param {URL | undefined} url address of worker.js where the bundler does not find it
      * @param {number} [timeoutMs] the worker is ended when it is silent for so long while a call waits
      * @throws {DeepSftError} `engine-load`
      */
     constructor(url: URL | undefined, timeoutMs?: number);
-    /** Whether no call can be answered any more. */
-    get hasEnded(): boolean;
     /**
      * Ends the worker; what is under way, and every later call, rejects with `reason`, or with that of the first end.
      *
@@ -29,18 +28,12 @@ export declare class WorkerCalls<Host extends Record<string, (request: any) => u
      */
     terminate(reason: unknown): void;
     /**
-     * What asks the worker to do one of its things. A bitmap or pixels that are asked about go over to it.
+     * Asks the worker to do one of its things. A bitmap or pixels that are asked about go over to it.
      *
      * @template {keyof Host & string} Method
      * @param {Method} method
-     * @returns {(request: Parameters<Host[Method]>[0]) => Promise<Awaited<ReturnType<Host[Method]>>>}
+     * @param {Parameters<Host[Method]>[0]} request
+     * @returns {Promise<Awaited<ReturnType<Host[Method]>>>}
      */
-    calls<Method extends keyof Host & string>(method: Method): (request: Parameters<Host[Method]>[0]) => Promise<Awaited<ReturnType<Host[Method]>>>;
-    /**
-     * @param {string} method
-     * @param {{ frame?: ImageBitmap | ImageData }} request
-     */
-    call(method: string, request: {
-        frame?: ImageBitmap | ImageData;
-    }): Promise<any>;
+    call<Method extends keyof Host & string>(method: Method, request: Parameters<Host[Method]>[0]): Promise<Awaited<ReturnType<Host[Method]>>>;
 }

@@ -1,12 +1,3 @@
-export type Memory = {
-    pixels: ImageData;
-    contexts: OffscreenCanvasRenderingContext2D[];
-};
-/**
- * The pixels that frames are converted to, and the canvases that they become pictures on.
- *
- * @typedef {{ pixels: ImageData, contexts: OffscreenCanvasRenderingContext2D[] }} Memory
- */
 /** Grabs the frames of a video by way of the same memory, which stays: fresh pages for each frame cost as much as the conversion. */
 export declare class MemoryFrames {
     #private;

@@ -16,8 +16,11 @@ export declare class OwnFrames {
     missedAt: number;
     /** Whether frames that come too soon wait, and are not left out. */
     isPatient: boolean;
-    /** @param {AsyncIterable<OwnFrame>} source */
-    constructor(source: AsyncIterable<OwnFrame>);
+    /**
+     * @param {AsyncIterable<OwnFrame>} source
+     * @param {AbortSignal} signal stops it
+     */
+    constructor(source: AsyncIterable<OwnFrame>, signal: AbortSignal);
     /**
      * @returns {Promise<number | null>} time of the next frame, milliseconds; null once stopped, and after the last one
      * @throws {DeepSftError} `image-unreadable`
@@ -33,5 +36,4 @@ export declare class OwnFrames {
     get silentMs(): number;
     /** Why. @returns {import("./video-frames.js").StallReason} */
     get silence(): import("./video-frames.js").StallReason;
-    stop(): void;
 }

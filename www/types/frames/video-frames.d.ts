@@ -10,9 +10,10 @@ export declare class VideoFrames {
     isPatient: boolean;
     /**
      * @param {HTMLVideoElement} video
+     * @param {AbortSignal} signal stops it
      * @param {boolean} [software] whether its frames are read from memory where they lie there
      */
-    constructor(video: HTMLVideoElement, software?: boolean);
+    constructor(video: HTMLVideoElement, signal: AbortSignal, software?: boolean);
     /**
      * Waits for a frame that was not taken yet; at once when one is there.
      *
@@ -36,5 +37,4 @@ export declare class VideoFrames {
     get silentMs(): number;
     /** Why. @returns {StallReason} */
     get silence(): StallReason;
-    stop(): void;
 }

@@ -48,4 +48,4 @@ export declare function confirmed(seen: Float32Array, confidence: Float32Array):
  * @param {Masked} estimate
  * @returns {Float32Array} 0 or 1 each
  */
-export declare function seenFractions({ vertices, textureCoordinates }: Pick<Mesh, "vertices" | "textureCoordinates">, estimate: Masked): Float32Array;
+export declare function seenFractions({ vertices, textureCoordinates }: Pick<Mesh, "vertices" | "textureCoordinates">, { mask, focal }: Masked): Float32Array;

@@ -1,5 +1,4 @@
-import type { SurfaceMesh } from "../results/surface-mesh.js";
-import type { Target } from "../targets/target.js";
+import type { SurfaceMesh, Target } from "../index.js";
 /** Which vertices of a print nothing covers, by how the image confirms them. */
 export declare class PrintCovering {
     #private;

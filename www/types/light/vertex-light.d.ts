@@ -1,6 +1,4 @@
-import type { SourcedCamera } from "../camera/intrinsics.js";
-import type { MeshTopology } from "../engine/engine-worker.js";
-import type { SurfaceMesh } from "../results/surface-mesh.js";
+import type { MeshTopology, SourcedCamera, SurfaceMesh } from "../index.js";
 import type { TemplateLight } from "./template-light.js";
 /** What is seen divided by what is printed, both the mean of the faces around a vertex and of those around its neighbours. */
 export declare class VertexLight {

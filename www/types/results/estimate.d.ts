@@ -1,13 +1,11 @@
 import { SurfaceMesh } from "./surface-mesh.js";
-import type { SourcedCamera } from "../camera/intrinsics.js";
+import type { SourcedCamera, Target } from "../index.js";
 import type { RawMesh } from "../../pkg/deepsft_web.js";
 import type { MeshRequest, RawEstimate } from "../engine/engine-worker.js";
-import type { Target } from "../targets/target.js";
 export type EstimateTimes = Record<`${"capture" | "warp" | "network" | "judge" | "features" | "fit" | "total"}Ms`, number>;
-/** @import { SourcedCamera } from "../camera/intrinsics.js" */
+/** @import { SourcedCamera, Target } from "../index.js" */
 /** @import { RawMesh } from "../../pkg/deepsft_web.js" */
 /** @import { MeshRequest, RawEstimate } from "../engine/engine-worker.js" */
-/** @import { Target } from "../targets/target.js" */
 /**
  * Milliseconds spent on a frame: `capture` (grabbing it and reading its pixels), `warp` (to the canonical image, for a network),
  * `network`, `judge` (confidence), `features` (finding a picture, warp and fit included), `fit` (of a mesh to what
@@ -88,7 +86,7 @@ export declare class Estimate {
     /** The canonical image the maps belong to. */
     canonical: ImageData;
     /** The camera that was used, with its source. */
-    camera: SourcedCamera;
+    camera: import("../camera/intrinsics.js").SourcedCamera;
     /** Milliseconds spent on it. */
     times: EstimateTimes;
     /** The frame the maps belong to; null when it was given as ImageData. Closed by `close()`. */

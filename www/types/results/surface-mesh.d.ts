@@ -1,10 +1,8 @@
+import type { Camera, MeshTopology } from "../index.js";
 import type { RawSurface } from "../../pkg/deepsft_web.js";
-import type { Camera } from "../camera/intrinsics.js";
-import type { MeshTopology } from "../engine/engine-worker.js";
 export type MeshMethod = "fit" | "completion" | "tracking";
+/** @import { Camera, MeshTopology } from "../index.js" */
 /** @import { RawSurface } from "../../pkg/deepsft_web.js" */
-/** @import { Camera } from "../camera/intrinsics.js" */
-/** @import { MeshTopology } from "../engine/engine-worker.js" */
 /**
  * Where a mesh comes from: fitted to one image (`fit`), completed from the finder's maps (`completion`), or followed through a
  * video (`tracking`).

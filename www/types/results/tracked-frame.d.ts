@@ -1,15 +1,11 @@
-import type { SourcedCamera } from "../camera/intrinsics.js";
-import type { Target } from "../targets/target.js";
-import type { SurfaceMesh } from "./surface-mesh.js";
+import type { SourcedCamera, SurfaceMesh, Target } from "../index.js";
 export type TrackedTimes = {
     captureMs: number;
     warpMs: number;
     trackMs: number;
     totalMs: number;
 };
-/** @import { SourcedCamera } from "../camera/intrinsics.js" */
-/** @import { Target } from "../targets/target.js" */
-/** @import { SurfaceMesh } from "./surface-mesh.js" */
+/** @import { SourcedCamera, SurfaceMesh, Target } from "../index.js" */
 /**
  * Milliseconds spent on a frame: `capture` (grabbing it and reading its pixels), `warp` (to the canonical image),
  * `track` (all targets), and `total`, from when the tracker was free for it to the result.
@@ -53,7 +49,7 @@ export declare class TrackedFrame {
     /** What each target is in this frame, in the order in which they were given, and their further copies after them. */
     targets: TrackedTarget[];
     /** The camera that was used, with its source. */
-    camera: SourcedCamera;
+    camera: import("../camera/intrinsics.js").SourcedCamera;
     /** Milliseconds spent on it. */
     times: TrackedTimes;
     /** Answers of the finders per second, by the time between the last two; 0 before. */
@@ -62,16 +58,7 @@ export declare class TrackedFrame {
     frame: ImageBitmap | null;
     /** Whether it stays open when the next one is asked for. */
     kept: boolean;
-    /**
-     * @param {object} contents
-     * @param {number} contents.number
-     * @param {number} contents.timeMs
-     * @param {TrackedTarget[]} contents.targets
-     * @param {SourcedCamera} contents.camera
-     * @param {TrackedTimes} contents.times
-     * @param {number} contents.networkFps
-     * @param {ImageBitmap | null} contents.frame
-     */
+    /** @param {{ number: number, timeMs: number, targets: TrackedTarget[], camera: SourcedCamera, times: TrackedTimes, networkFps: number, frame: ImageBitmap | null }} contents */
     constructor({ number, timeMs, targets, camera, times, networkFps, frame }: {
         number: number;
         timeMs: number;

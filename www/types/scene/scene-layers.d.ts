@@ -1,34 +1,29 @@
-import type { Scene, WebGLRenderer } from "three";
-import type { TrackedFrame } from "../results/tracked-frame.js";
-import type { FrameCamera } from "../three/frame-camera.js";
+import { FrameBackground } from "../three/frame-background.js";
+import type { TrackedFrame } from "../index.js";
+import type { SceneView } from "./scene-view.js";
 export declare class SceneLayers {
     #private;
-    /** What holds the canvases. */
+    /** Shows the camera's picture. */
+    background: FrameBackground;
+    /** What holds the canvases, and its size, CSS pixels. */
     element: HTMLDivElement;
+    page: {
+        width: number;
+        height: number;
+    };
     /**
-     * @param {WebGLRenderer} renderer
-     * @param {Scene} scene gets the camera's picture as its background
-     * @param {FrameCamera} camera
+     * @param {Pick<SceneView, "renderer" | "scene" | "camera" | "software">} view whose scene gets the camera's picture as its background
      * @param {boolean} isHosted whether the canvas is the page's own, and lies where it is
      */
-    constructor(renderer: WebGLRenderer, scene: Scene, camera: FrameCamera, isHosted: boolean);
-    /** Whether what is seen is mirrored. */
-    get mirrored(): boolean;
-    /** @param {boolean} mirrored */
-    set mirrored(mirrored: boolean);
-    /** Shows a frame from the next drawing on; it is kept until there is another. @param {TrackedFrame} tracked */
-    show(tracked: TrackedFrame): void;
+    constructor(view: Pick<SceneView, "renderer" | "scene" | "camera" | "software">, isHosted: boolean);
+    /** @param {boolean} isMirrored whether what is seen is mirrored */
+    mirror(isMirrored: boolean): void;
     /**
      * Draws the scene, whose camera has the intrinsics of the frame.
      *
      * @param {TrackedFrame} tracked that is shown
-     * @param {{ width: number, height: number }} page the size of it all, CSS pixels
-     * @param {boolean} software whether the processor does the drawing
      */
-    draw({ frame, camera: intrinsics }: TrackedFrame, page: {
-        width: number;
-        height: number;
-    }, software: boolean): void;
+    draw({ frame, camera: intrinsics }: TrackedFrame): void;
     /**
      * What was just drawn, not mirrored, in the middle of a canvas.
      *

@@ -1,16 +1,7 @@
 import type { Scene, WebGLRenderer } from "three";
-import type { CameraOption } from "../camera/intrinsics.js";
-import type { Facing } from "../camera/request.js";
-import type { DeepSft, LoadOptions } from "../deepsft.js";
+import type { CameraOption, DeepSft, DeepSftError, Estimate, Facing, FrameSource, ImageInput, LoadOptions, Smoothing, Target, TrackedFrame } from "../index.js";
 import type { ModelInput } from "../engine/bundle.js";
-import type { DeepSftError } from "../error.js";
-import type { ImageInput } from "../frames/image-input.js";
-import type { Estimate } from "../results/estimate.js";
-import type { TrackedFrame } from "../results/tracked-frame.js";
-import type { Target } from "../targets/target.js";
 import type { FrameFit } from "../three/frame-camera.js";
-import type { FrameSource } from "../tracking/session.js";
-import type { Smoothing } from "../tracking/tracker-worker.js";
 import type { SceneSheet } from "./scene-sheet.js";
 import type { OwnScreens } from "./screens.js";
 export type SceneOptions = {
@@ -137,18 +128,9 @@ export type SceneEvents = {
     }>;
 };
 /** @import { Scene, WebGLRenderer } from "three" */
-/** @import { CameraOption } from "../camera/intrinsics.js" */
-/** @import { Facing } from "../camera/request.js" */
-/** @import { DeepSft, LoadOptions } from "../deepsft.js" */
+/** @import { CameraOption, DeepSft, DeepSftError, Estimate, Facing, FrameSource, ImageInput, LoadOptions, Smoothing, Target, TrackedFrame } from "../index.js" */
 /** @import { ModelInput } from "../engine/bundle.js" */
-/** @import { DeepSftError } from "../error.js" */
-/** @import { ImageInput } from "../frames/image-input.js" */
-/** @import { Estimate } from "../results/estimate.js" */
-/** @import { TrackedFrame } from "../results/tracked-frame.js" */
-/** @import { Target } from "../targets/target.js" */
 /** @import { FrameFit } from "../three/frame-camera.js" */
-/** @import { FrameSource } from "../tracking/session.js" */
-/** @import { Smoothing } from "../tracking/tracker-worker.js" */
 /** @import { SceneSheet } from "./scene-sheet.js" */
 /** @import { SceneView } from "./scene-view.js" */
 /** @import { OwnScreens } from "./screens.js" */

@@ -1,9 +1,7 @@
 import { Sheet } from "../three/sheet.js";
-import type { FlatPrint, FlattenOptions } from "../frame-requests.js";
-import type { Target } from "../targets/target.js";
+import type { FlatPrint, FlattenOptions, Target } from "../index.js";
 import type { PrintInput } from "./print.js";
-/** @import { FlatPrint, FlattenOptions } from "../frame-requests.js" */
-/** @import { Target } from "../targets/target.js" */
+/** @import { FlatPrint, FlattenOptions, Target } from "../index.js" */
 /** @import { Print, PrintInput } from "./print.js" */
 /** A tracked print in a scene. {@link Sheet} of `deepsft/three` has anchors and the light. */
 export declare class SceneSheet extends Sheet {

@@ -5,9 +5,7 @@ import { DeepSftError } from "../error.js";
 import { Recording } from "../record/recording.js";
 import { FrameCamera } from "../three/frame-camera.js";
 import { SceneSheet } from "./scene-sheet.js";
-import type { PictureOptions } from "../deepsft.js";
-import type { ImageInput } from "../frames/image-input.js";
-import type { Target } from "../targets/target.js";
+import type { ImageInput, PictureOptions, Target } from "../index.js";
 import type { SceneEvents, SceneOptions } from "./scene-options.js";
 /** A scene that runs until it is closed. {@link start} makes it. @extends {Announcer<SceneEvents>} */
 export declare class SceneView extends Announcer<SceneEvents> {
@@ -70,8 +68,8 @@ export declare class SceneView extends Announcer<SceneEvents> {
     refresh(): void;
     /** Whether it is to be drawn: a processor that draws has better things to do than to draw the same once more. */
     get due(): boolean;
-    /** Takes over the newest frame, and fires `frame`: a {@link SceneHost} calls it before each drawing. */
-    prepare(): void;
+    /** Takes over the newest frame, and fires `frame`: a {@link SceneHost} calls it before each drawing. @param {number} [now] milliseconds */
+    prepare(now?: number): void;
     /** Records what was just drawn; a {@link SceneHost} calls it after each drawing. */
     drawn(): void;
     /** Ends it, frees the camera, and takes it out of the page. Models that were added stay the page's. */

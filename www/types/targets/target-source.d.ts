@@ -46,10 +46,10 @@ export declare function templateSource(input: TemplateInput): Promise<Extract<Ta
 /**
  * Whether two pictures have the same pixels.
  *
- * @param {TargetSource} one
+ * @param {TargetSource | undefined} one
  * @param {TargetSource} other
  */
-export declare function isSamePicture(one: TargetSource, other: TargetSource): boolean;
+export declare function isSamePicture(one: TargetSource | undefined, other: TargetSource): boolean;
 /**
  * @param {string} message
  * @param {unknown} [cause]

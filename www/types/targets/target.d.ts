@@ -7,6 +7,8 @@ export type TargetKind = "picture" | "template" | "model";
  *
  * @typedef {"picture" | "template" | "model"} TargetKind
  */
+/** Number of the model's target. */
+export declare const MODEL_TARGET = 0;
 /** An object that is looked for. `DeepSft` makes it. */
 export declare class Target {
     /** Tells the targets of one `DeepSft` apart. */

@@ -3,10 +3,7 @@ import { Anchor } from "./anchor.js";
 import { PaperLight } from "./paper-light.js";
 import { SurfaceGeometry } from "./surface-geometry.js";
 import type { Material, Texture } from "three";
-import type { Estimate } from "../results/estimate.js";
-import type { SurfaceMesh } from "../results/surface-mesh.js";
-import type { TrackedFrame } from "../results/tracked-frame.js";
-import type { Target } from "../targets/target.js";
+import type { Estimate, SurfaceMesh, Target, TrackedFrame } from "../index.js";
 import type { AnchorOptions } from "./anchor.js";
 export type SheetOptions = {
     /**

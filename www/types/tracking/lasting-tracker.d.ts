@@ -1,17 +1,18 @@
 import type { TargetRequest } from "../engine/engine-worker.js";
-import type { FollowRequest } from "./tracker-host.js";
-import type { TrackerStartRequest, TrackerWorker } from "./tracker-worker.js";
+import type { FinderAnswers, FollowRequest, TrackerStartRequest, TrackerWorker } from "./tracker-host.js";
 /** A tracker that outlives the death of its worker, with its targets. They are lost then, until the finders see them again. */
 export declare class LastingTracker {
     #private;
-    /** @param {() => TrackerWorker} create */
-    constructor(create: () => TrackerWorker);
-    /** @param {TrackerStartRequest} request */
-    start(request: TrackerStartRequest): Promise<void>;
+    /**
+     * @param {() => TrackerWorker} create
+     * @param {() => TrackerStartRequest} request what a worker starts with, now
+     */
+    constructor(create: () => TrackerWorker, request: () => TrackerStartRequest);
+    start(): Promise<void>;
     /** @param {TargetRequest} target */
-    track(target: TargetRequest): Promise<void>;
+    track(target: TargetRequest): Promise<void | null>;
     /** @param {{ id: number }} request */
-    untrack({ id }: {
+    untrack(request: {
         id: number;
     }): Promise<void>;
     /**
@@ -49,8 +50,8 @@ export declare class LastingTracker {
             changed: boolean;
         }[];
     }>;
-    /** @param {Parameters<TrackerWorker["answer"]>[0]} request */
-    answer(request: Parameters<TrackerWorker["answer"]>[0]): Promise<{
+    /** @param {FinderAnswers} request */
+    answer(request: FinderAnswers): Promise<{
         effects: {
             id: number;
             effect: "started" | "confirmed" | "restarted" | "dropped" | "ignored";

@@ -1,15 +1,9 @@
 import { Announcer } from "../announcer.js";
 import { CameraStream } from "../camera/camera-stream.js";
 import { TrackedFrame } from "../results/tracked-frame.js";
+import type { Estimate, FollowOptions, OwnFrame, Smoothing, SourcedCamera, StallReason, Target } from "../index.js";
 import type { RawAnswer, TargetRequest } from "../engine/engine-worker.js";
-import type { Estimate } from "../results/estimate.js";
-import type { SourcedCamera } from "../camera/intrinsics.js";
-import type { FollowOptions } from "../deepsft.js";
-import type { OwnFrame } from "../frames/own-frames.js";
-import type { StallReason } from "../frames/video-frames.js";
-import type { Target } from "../targets/target.js";
-import type { LastingTracker } from "./lasting-tracker.js";
-import type { Smoothing } from "./tracker-worker.js";
+import type { TrackerWorker } from "./tracker-host.js";
 export type FrameSource = HTMLVideoElement | CameraStream | AsyncIterable<OwnFrame>;
 export type FoundFocal = {
     width: number;
@@ -60,9 +54,9 @@ export type SessionEvents = {
 export type OwnParts = {
     targets: readonly Target[];
     /**
-     * ended with the session
+     * starts a worker, which is ended with the session
      */
-    tracker: LastingTracker;
+    startTracker: () => TrackerWorker;
     module: WebAssembly.Module;
     smooth: Smoothing | null;
     sourceOf: (target: Target) => TargetRequest;
@@ -153,26 +147,3 @@ export declare class Session extends Announcer<SessionEvents> {
         registration: Float32Array;
     }>;
 }
-export type Following = {
-    number: number;
-    timeMs: number;
-    frame: ImageBitmap;
-    camera: SourcedCamera;
-    /**
-     * with which the frame came, pixels
-     */
-    size: {
-        width: number;
-        height: number;
-    };
-    /**
-     * when the tracker was free for it, milliseconds
-     */
-    began: number;
-    grabMs: number;
-    answer: ReturnType<LastingTracker["follow"]>;
-    /**
-     * has the finders asked about it, once the frame before it is closed
-     */
-    ask: () => void;
-};

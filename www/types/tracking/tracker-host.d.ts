@@ -1,8 +1,18 @@
 import { MeshTracker } from "../../pkg/deepsft_web.js";
 import type { RawAnswer, TargetRequest } from "../engine/engine-worker.js";
-import type { TrackerStartRequest } from "./tracker-worker.js";
+import type { WorkerCalls } from "../engine/worker-calls.js";
+export type TrackerWorker = WorkerCalls<typeof import("./tracker-host.js")>;
+export type Smoothing = {
+    minCutoff?: number;
+    beta?: number;
+};
+export type TrackerStartRequest = {
+    module: WebAssembly.Module;
+    targets: TargetRequest[];
+    smooth: Smoothing | null;
+};
 /** @param {TrackerStartRequest} request */
-export declare function startTracker(request: TrackerStartRequest): Promise<void>;
+export declare function startTracker({ module, targets, smooth }: TrackerStartRequest): Promise<void>;
 /** @param {TargetRequest} target */
 export declare function trackTarget({ id, source }: TargetRequest): Promise<void>;
 /** @param {{ id: number }} request */
@@ -95,16 +105,14 @@ export declare function follow({ timeS, afresh, frame, intrinsics, source, focal
     };
     readMs: number;
 }>;
-/**
- * What the finders say, how long that took, and how long ago a frame was missed.
- *
- * @param {{ answers: RawAnswer[], tookMs: number, sinceMissedMs: number }} request
- */
-export declare function answer({ answers, tookMs, sinceMissedMs }: {
+export type FinderAnswers = {
     answers: RawAnswer[];
     tookMs: number;
     sinceMissedMs: number;
-}): Promise<{
+};
+/** What the finders say, how long that took, and how long ago a frame was missed. @typedef {{ answers: RawAnswer[], tookMs: number, sinceMissedMs: number }} FinderAnswers */
+/** @param {FinderAnswers} request */
+export declare function answer({ answers, tookMs, sinceMissedMs }: FinderAnswers): Promise<{
     effects: {
         id: number;
         effect: "started" | "confirmed" | "restarted" | "dropped" | "ignored";
