@@ -37,6 +37,7 @@ export class MemoryFrames {
         this.#contexts = canvases.flatMap((canvas) => canvas.getContext("2d", { alpha: false, willReadFrequently: true }) ?? []);
       }
       const [pixels, context] = [this.#pixels, this.#contexts[this.#turn++ % CANVASES]];
+      if (!context) throw new Error("This browser offers no canvas to put frames on.");
       const planes = await frame.copyTo(pixels.data, /** @type {VideoFrameCopyToOptions} */ ({ format: "RGBA" }));
       // Browsers that do not convert give the planes as they lie.
       if (planes.length !== 1 || planes[0].stride !== 4 * width || frame.format.startsWith("BGR")) return null;

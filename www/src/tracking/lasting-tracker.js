@@ -63,7 +63,10 @@ export class LastingTracker {
         return Array.from({ length: copies }, (_, copy) => ({ id, copy, found: false, held: false, surface: null, correlation: 0, iterations: 0 }));
       }),
       next: { focal: request.focal ?? CANONICAL_FOCAL, intervalMs: 0, question: null },
-      ...{ afresh: true, focal: null, times: { warpMs: 0, trackMs: 0 }, readMs: 0 },
+      afresh: true,
+      focal: null,
+      times: { warpMs: 0, trackMs: 0 },
+      readMs: 0,
     };
     // A worker does not know what was told before it was started.
     const targets = tracked.targets.map((target) => ({ ...target, changed: target.found !== this.#found.has(named(target)) }));
