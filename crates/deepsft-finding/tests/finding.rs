@@ -92,7 +92,9 @@ fn other_prints_seldom_cost_a_fit() {
         let print = |seed| sheet(artwork(kind, &mut generator(seed, 0, Stream::Scene)).1, 297.0);
         let synthesizer = synthesizer(&print(1));
         let mut finder = FeatureFinder::new(print(2)).unwrap();
-        (0..8).filter(|&index| found(&mut finder, &synthesizer.sample(78, index).image).is_some()).count()
+        (0..8)
+            .filter(|&index| found(&mut finder, &synthesizer.sample(78, index).image).is_some())
+            .count()
     });
     assert!(started.iter().sum::<usize>() <= 4, "{started:?}");
 }

@@ -7,8 +7,9 @@ use super::mending::{beyond, on_points};
 use super::surface::Surface;
 use deepsft_geometry::glam::{DMat2, DVec2, DVec3};
 use deepsft_geometry::{DisjointSets, rows_within};
-use std::collections::HashSet;
+use std::collections::{BTreeMap, HashMap};
 use std::f64::consts::FRAC_PI_2;
+use std::ops::Range;
 
 /// A face is stretched beyond use in the file's texture where it is so many times longer one way than the other, or its area there is not
 /// within these multiples of that of its chart's other faces.
@@ -146,7 +147,8 @@ impl Growth {
         place: impl Fn(usize) -> Option<[DVec2; 3]>,
     ) -> Option<Chart> {
         let mut faces = Vec::new();
-        let mut taken = HashSet::new();
+        // Of each row where runs of taken squares begin and end.
+        let mut taken: HashMap<i64, BTreeMap<i64, i64>> = HashMap::new();
         let mut wave = vec![seed];
         while !wave.is_empty() {
             let mut next = Vec::new();
@@ -154,19 +156,23 @@ impl Growth {
                 let Some(at) = place(face).filter(|_| !self.is_laid[face]) else {
                     continue;
                 };
-                let mut squares = Vec::new();
+                let mut rows = Vec::new();
                 let in_squares = at.map(|place| place * self.squares_per_mm);
                 let is_near = |place: &DVec2| place.distance(in_squares[0]) <= LONGEST && place.length() <= FARTHEST;
                 if !in_squares.iter().all(is_near) {
                     continue;
                 }
-                rows_within(in_squares, |row, columns| {
-                    squares.extend(columns.map(|column| (row, column)));
-                });
-                if squares.iter().any(|square| taken.contains(square)) {
+                rows_within(in_squares, |row, columns| rows.push((row, columns)));
+                let is_taken = |(row, columns): &(i64, Range<i64>)| {
+                    let run_before = taken.get(row).and_then(|runs| runs.range(..columns.end).next_back());
+                    run_before.is_some_and(|(_, end)| *end > columns.start)
+                };
+                if rows.iter().any(is_taken) {
                     continue;
                 }
-                taken.extend(squares);
+                for (row, columns) in rows {
+                    taken.entry(row).or_default().insert(columns.start, columns.end);
+                }
                 self.is_laid[face] = true;
                 faces.push((face, at));
                 let others = beside[face].iter().map(|&(other, _)| other);
