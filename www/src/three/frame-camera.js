@@ -54,25 +54,11 @@ export class FrameCamera extends PerspectiveCamera {
    * @param {Region} region
    */
   lookAtRegion(region) {
-    const { fx, fy, cy } = this.intrinsics ?? { fx: 1, fy: 1, cy: 0 };
+    const { fx, fy, cx, cy } = this.intrinsics ?? { fx: 1, fy: 1, cx: 0, cy: 0 };
     const { left, top, right, bottom } = (this.region = region);
-    this.aspect = ((right - left) * fy) / ((bottom - top) * fx);
-    this.fov = MathUtils.radToDeg(Math.atan((cy - top) / fy) + Math.atan((bottom - cy) / fy));
-    this.updateProjectionMatrix();
-  }
-
-  /** @override */
-  updateProjectionMatrix() {
-    // The constructor of PerspectiveCamera calls it too.
-    if (!this.intrinsics) return super.updateProjectionMatrix();
-    const { fx, fy, cx, cy } = this.intrinsics;
-    const { left, top, right, bottom } = this.region;
-    const { near, far } = this;
-    const [perX, perY] = [near / fx, near / fy];
-    this.projectionMatrix.makePerspective(
-      ...[(left - cx) * perX, (right - cx) * perX, (cy - top) * perY, (cy - bottom) * perY],
-      ...[near, far, this.coordinateSystem, this.reversedDepth],
-    );
-    this.projectionMatrixInverse.copy(this.projectionMatrix).invert();
+    // In focal lengths: a view of that size around the axis, shifted to where the region is.
+    const [width, height] = [(right - left) / fx, (bottom - top) / fy];
+    this.fov = MathUtils.radToDeg(2 * Math.atan(height / 2));
+    this.setViewOffset(width, height, (left - cx) / fx + width / 2, (top - cy) / fy + height / 2, width, height);
   }
 }

@@ -50,6 +50,4 @@ export declare class FrameCamera extends PerspectiveCamera {
      * @param {Region} region
      */
     lookAtRegion(region: Region): void;
-    /** @override */
-    updateProjectionMatrix(): void;
 }
