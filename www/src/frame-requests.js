@@ -11,7 +11,6 @@ import { Estimate } from "./results/estimate.js";
 /** @import { CameraOption, CameraSource, ImageInput, SourcedCamera, Target } from "./index.js" */
 /** @import { EngineWorker, MeshRequest, RawEstimate } from "./engine/engine-worker.js" */
 /** @import { LastingEngine } from "./engine/lasting-engine.js" */
-/** @import { ReadImage } from "./frames/image-input.js" */
 /** @import { Question } from "./tracking/session.js" */
 
 /**
@@ -64,15 +63,11 @@ export class FrameRequests {
    * @param {ImageInput} image
    * @param {EstimateOptions} options
    */
-  async estimate(image, { fit = false, signal, ...options }) {
+  async estimate(image, { fit = false, ...options }) {
     const began = performance.now();
-    const picture = await readImage(image, signal);
-    const wanted = async () => {
-      signal?.throwIfAborted();
-      const { answer, ...of } = await this.#ask(picture, options, (worker, request) => worker.call("estimate", { ...request, fit }));
-      return this.#estimateOf(answer, { ...of, began });
-    };
-    return unlessAborted(this.#inTurn(wanted), signal, (estimate) => estimate.close());
+    const ask = this.#ask(image, options, (worker, request) => worker.call("estimate", { ...request, fit }), (late) => late.answer.bitmap?.close());
+    const { answer, ...of } = await ask;
+    return this.#estimateOf(answer, { ...of, began });
   }
 
   /**
@@ -80,16 +75,11 @@ export class FrameRequests {
    * @param {FlattenOptions} options
    * @returns {Promise<FlatPrint | null>}
    */
-  async flatten(image, { width = 1024, unshaded = false, signal, ...options }) {
+  async flatten(image, { width = 1024, unshaded = false, ...options }) {
     if (!(width >= MIN_WIDTH && width <= MAX_WIDTH)) throw new DeepSftError("invalid-argument", `The flat print is to be ${width} pixels wide, expected ${MIN_WIDTH} to ${MAX_WIDTH}`);
-    const picture = await readImage(image, signal);
-    const wanted = async () => {
-      signal?.throwIfAborted();
-      const columns = Math.round(width);
-      const { answer } = await this.#ask(picture, options, (worker, request) => worker.call("flatten", { ...request, columns, unshaded }));
-      return answer && { image: new ImageData(answer.rgba, answer.width), confidence: answer.confidence };
-    };
-    return unlessAborted(this.#inTurn(wanted), signal);
+    const columns = Math.round(width);
+    const { answer } = await this.#ask(image, options, (worker, request) => worker.call("flatten", { ...request, columns, unshaded }));
+    return answer && { image: new ImageData(answer.rgba, answer.width), confidence: answer.confidence };
   }
 
   /**
@@ -102,24 +92,17 @@ export class FrameRequests {
     return this.#inTurn(async () => {
       const began = performance.now();
       const intrinsics = canonical ? canonicalIntrinsics(camera, focal) : intrinsicsOf(camera);
-      let isKept = false;
+      let estimate = null;
       try {
         const { answers, estimate: raw } = await this.#engine.run(async (worker) => {
           const copy = await createImageBitmap(canonical ?? frame);
-          try {
-            return await worker.call("find", { ids, estimated, frame: copy, intrinsics, focal });
-          } catch (error) {
-            copy.close();
-            throw error;
-          }
+          return worker.call("find", { ids, estimated, frame: copy, intrinsics, focal }).finally(() => copy.close());
         });
-        if (!raw) return { answers, estimate: null };
-        const of = { target: this.#chosen(undefined), camera, grabMs: 0, began };
-        isKept = true;
-        return { answers, estimate: this.#estimateOf({ ...raw, bitmap: frame }, of) };
+        if (raw) estimate = this.#estimateOf({ ...raw, bitmap: frame }, { target: this.#chosen(undefined), camera, grabMs: 0, began });
+        return { answers, estimate };
       } finally {
         canonical?.close();
-        if (!isKept) frame.close();
+        if (!estimate) frame.close();
       }
     });
   }
@@ -137,33 +120,37 @@ export class FrameRequests {
   }
 
   /**
-   * Asks the engine something of a target in an image.
+   * Asks the engine something of a target in an image, in turn.
    *
    * @template T
-   * @param {ReadImage} image
-   * @param {{ target?: Target, camera?: CameraOption }} options
+   * @param {ImageInput} input
+   * @param {{ target?: Target, camera?: CameraOption, signal?: AbortSignal }} options
    * @param {(worker: EngineWorker, request: { id: number, frame: ImageBitmap | ImageData, intrinsics: number[], source: CameraSource }) => Promise<T>} question
+   * @param {(late: { answer: T }) => void} [letGo] takes an answer that nobody waits for any more
    */
-  async #ask(image, { target: wanted, camera: cameraOption }, question) {
-    if (this.#engine.closed) throw closedError();
-    const target = this.#chosen(wanted);
-    return this.#engine.run(async (worker) => {
-      const grabbing = performance.now();
-      const grabbed = await transferableFrame(image);
-      const grabMs = performance.now() - grabbing;
-      const { frame } = grabbed;
-      try {
-        const { width, height } = grabbed;
-        const exifFocal = !cameraOption && image instanceof Blob ? await worker.call("exifFocal", { file: image, width, height }) : undefined;
-        const known = exifFocal === undefined ? cameraOption : centredCamera(width, height, exifFocal, "exif");
-        const camera = cameraForFrame(known, grabbed);
-        const request = { id: target.id, frame, intrinsics: intrinsicsOf(camera), source: camera.source };
-        return { answer: await question(worker, request), target, camera, grabMs };
-      } catch (error) {
-        closeFrame(frame);
-        throw error;
-      }
-    });
+  async #ask(input, { target: wanted, camera: cameraOption, signal }, question, letGo) {
+    const image = await readImage(input, signal);
+    const asked = async () => {
+      signal?.throwIfAborted();
+      if (this.#engine.closed) throw closedError();
+      const target = this.#chosen(wanted);
+      return this.#engine.run(async (worker) => {
+        const grabbing = performance.now();
+        const grabbed = await transferableFrame(image);
+        const grabMs = performance.now() - grabbing;
+        const { frame, width, height } = grabbed;
+        try {
+          const exifFocal = !cameraOption && image instanceof Blob ? await worker.call("exifFocal", { file: image, width, height }) : undefined;
+          const known = exifFocal === undefined ? cameraOption : centredCamera(width, height, exifFocal, "exif");
+          const camera = cameraForFrame(known, grabbed);
+          const request = { id: target.id, frame, intrinsics: intrinsicsOf(camera), source: camera.source };
+          return { answer: await question(worker, request), target, camera, grabMs };
+        } finally {
+          closeFrame(frame);
+        }
+      });
+    };
+    return unlessAborted(this.#inTurn(asked), signal, letGo);
   }
 
   /**

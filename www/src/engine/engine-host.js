@@ -32,11 +32,8 @@ async function chooseDevice(wanted) {
   if (wanted === "cpu") return { device: "cpu", fallback: null };
   const { usable, software, adapterName, reason } = await probeWebGpu();
   const adapter = { ...(adapterName && { adapterName }), ...(software && { software }) };
-  if (wanted === "webgpu") {
-    if (!usable) throw new DeepSftError("webgpu-unavailable", reason);
-    return { device: "webgpu", fallback: null, adapter };
-  }
-  if (usable && !software) return { device: "webgpu", fallback: null, adapter };
+  if (usable && (wanted === "webgpu" || !software)) return { device: "webgpu", fallback: null, adapter };
+  if (wanted === "webgpu") throw new DeepSftError("webgpu-unavailable", reason);
   // An emulated adapter takes many times as long as the CPU path on the same processor.
   const message = usable ? "WebGPU here is only emulated in software, which is slower than the CPU itself." : reason;
   return { device: "cpu", fallback: { code: "webgpu-unavailable", message } };
