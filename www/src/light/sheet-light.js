@@ -1,5 +1,7 @@
 // The light on the sheet as light that falls on a thing that stands there: from somewhere, and from everywhere.
 
+import { dot, unit } from "../results/vector.js";
+
 /** Where the light comes from while the sheet does not tell: over the sheet, and this side of it. Camera frame. */
 const SIDE = /** @type {const} */ ([-0.8, -0.35, -0.5]);
 /** How far to that side it stands, against how high. */
@@ -89,7 +91,7 @@ export class SheetLight {
  */
 function usual(brightness, normal = [0, 0, -1]) {
   const up = unit(normal);
-  const along = SIDE[0] * up[0] + SIDE[1] * up[1] + SIDE[2] * up[2];
+  const along = dot(SIDE, up);
   const side = unit(SIDE.map((value, k) => value - along * up[k]));
   const towards = unit(up.map((value, k) => value + SLANT * side[k]));
   const scale = brightness / (USUAL.everywhere + USUAL.directed / Math.hypot(1, SLANT));
@@ -97,29 +99,19 @@ function usual(brightness, normal = [0, 0, -1]) {
   return { everywhere: USUAL.everywhere * scale, directed: [x, y, z] };
 }
 
-/** @param {readonly number[]} vector */
-function unit(vector) {
-  const length = Math.hypot(...vector) || 1;
-  return vector.map((value) => value / length);
-}
-
 /**
- * Solves a symmetric positive system by Gauss's elimination.
+ * Solves a symmetric positive system by Gauss's and Jordan's elimination.
  *
  * @param {number[][]} system n rows of n + 1 numbers, changed
  */
 function solved(system) {
   const n = system.length;
-  for (let i = 0; i < n; i++)
-    for (let j = i + 1; j < n; j++) {
-      const factor = system[j][i] / system[i][i];
-      for (let k = i; k <= n; k++) system[j][k] -= factor * system[i][k];
+  system.forEach((pivot, i) => {
+    for (const row of system) {
+      if (row === pivot) continue;
+      const factor = row[i] / pivot[i];
+      for (let k = i; k <= n; k++) row[k] -= factor * pivot[k];
     }
-  const solution = new Array(n).fill(0);
-  for (let i = n - 1; i >= 0; i--) {
-    let sum = system[i][n];
-    for (let k = i + 1; k < n; k++) sum -= system[i][k] * solution[k];
-    solution[i] = sum / system[i][i];
-  }
-  return solution;
+  });
+  return system.map((row, i) => row[n] / row[i]);
 }

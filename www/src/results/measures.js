@@ -1,5 +1,7 @@
 // What of a sheet people ask for: how far away it is, and how much it bends.
 
+import { cross, dot, unit } from "./vector.js";
+
 /** @import { SurfaceMesh } from "./surface-mesh.js" */
 
 /** Of the normals this fraction is left out at each end: single vertices err. */
@@ -37,16 +39,4 @@ export function measureSheet(mesh) {
   const end = Math.floor(LEFT_OUT * angles.length);
   const bend = angles.length > 0 ? angles[angles.length - 1 - end] - angles[end] : 0;
   return { distanceMm: Math.hypot(...mesh.pointAt(0.5, 0.5)), bendDegrees: (bend * 180) / Math.PI };
-}
-
-/** @typedef {ArrayLike<number>} Vector */
-
-/** @param {Vector} a @param {Vector} b */
-const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-/** @param {Vector} a @param {Vector} b */
-const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-/** @param {number[]} a */
-function unit(a) {
-  const length = Math.hypot(...a) || 1;
-  return a.map((value) => value / length);
 }

@@ -2,6 +2,7 @@
 
 import { placeOn } from "./place.js";
 import { PoseFilter } from "./pose-filter.js";
+import { cross, dot, unit } from "./vector.js";
 
 /** @import { MeshTopology } from "../engine/engine-worker.js" */
 /** @import { Position, Quaternion } from "./pose-filter.js" */
@@ -52,7 +53,6 @@ export class SurfacePose {
    */
   follow({ vertices, normals }, atMs) {
     const { face, weights, alongU } = this.#on;
-    /** @type {[Position, Position]} */
     const [tangent, normal] = [[0, 0, 0], [0, 0, 0]];
     this.position.fill(0);
     for (let corner = 0; corner < 3; corner++) {
@@ -63,11 +63,9 @@ export class SurfacePose {
         normal[k] += weights[corner] * normals[at + k];
       }
     }
-    normalize(normal);
-    const along = tangent[0] * normal[0] + tangent[1] * normal[1] + tangent[2] * normal[2];
-    for (let k = 0; k < 3; k++) tangent[k] -= along * normal[k];
-    normalize(tangent);
-    this.quaternion = quaternionOf(tangent, normal);
+    const y = unit(normal);
+    const along = dot(tangent, y);
+    this.quaternion = quaternionOf(unit(tangent.map((value, k) => value - along * y[k])), y);
     this.#filter?.apply(this.position, this.quaternion, atMs);
   }
 
@@ -77,21 +75,15 @@ export class SurfacePose {
   }
 }
 
-/** @param {Position} vector */
-function normalize(vector) {
-  const length = Math.hypot(...vector) || 1;
-  for (let k = 0; k < 3; k++) vector[k] /= length;
-}
-
 /**
  * The orientation with these axes x and y, of length 1 and at a right angle.
  *
- * @param {Position} x
- * @param {Position} y
+ * @param {number[]} x
+ * @param {number[]} y
  * @returns {Quaternion}
  */
 function quaternionOf(x, y) {
-  const z = [x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]];
+  const z = cross(x, y);
   // Each times four times w, x, y or z: the largest of them divides best.
   const squares = [1 + x[0] + y[1] + z[2], 1 + x[0] - y[1] - z[2], 1 - x[0] + y[1] - z[2], 1 - x[0] - y[1] + z[2]];
   const largest = squares.indexOf(Math.max(...squares));
