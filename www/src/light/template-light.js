@@ -25,21 +25,17 @@ export class TemplateLight {
     this.width = Math.min(width, LOOKUP_WIDTH);
     /** Its rows. */
     this.height = Math.max(1, Math.round((height * this.width) / width));
-    /** Linear RGB, row-major: the mean over the pixels of each cell. */
-    this.rgb = new Float32Array(3 * this.width * this.height);
-    for (let y = 0; y < this.height; y++) {
-      const [top, bottom] = [Math.floor((y * height) / this.height), Math.ceil(((y + 1) * height) / this.height)];
-      for (let x = 0; x < this.width; x++) {
-        const [left, right] = [Math.floor((x * width) / this.width), Math.ceil(((x + 1) * width) / this.width)];
-        const weight = 1 / ((bottom - top) * (right - left));
-        for (let j = top; j < bottom; j++) {
-          for (let i = left; i < right; i++) {
-            for (let k = 0; k < 3; k++)
-              this.rgb[3 * (y * this.width + x) + k] += LINEAR_OF_SRGB[data[4 * (j * width + i) + k]] * weight;
-          }
-        }
+    const sums = new Float32Array(3 * this.width * this.height);
+    const counts = new Uint32Array(sums.length);
+    for (let pixel = 0; pixel < width * height; pixel++) {
+      const at = this.placeOf(((pixel % width) + 0.5) / width, (Math.floor(pixel / width) + 0.5) / height);
+      for (let k = 0; k < 3; k++) {
+        sums[at + k] += LINEAR_OF_SRGB[data[4 * pixel + k]];
+        counts[at + k]++;
       }
     }
+    /** Linear RGB, row-major: the mean over the pixels of each cell. */
+    this.rgb = sums.map((sum, i) => sum / counts[i]);
   }
 
   /**
