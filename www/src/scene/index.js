@@ -3,6 +3,55 @@
 import { DeepSftError } from "../error.js";
 import { SceneView } from "./scene-view.js";
 
+/** @import { Scene, WebGLRenderer } from "three" */
+/** @import { CameraOption, DeepSft, Estimate, Facing, FrameSource, ImageInput, LoadOptions, Smoothing, Target, TrackedFrame } from "../index.js" */
+/** @import { ModelInput } from "../engine/bundle.js" */
+/** @import { FrameFit } from "../three/frame-camera.js" */
+/** @import { SceneSheet } from "./scene-sheet.js" */
+
+/**
+ * @typedef {object} SceneOptions
+ * @property {ImageInput} [picture] what is printed and looked for; more with {@link SceneView.addPicture}
+ * @property {number} [widthMm] width of the print, without the paper's margins
+ * @property {number} [heightMm] its height
+ * @property {number} [aroundMm] diameter of the tin, bottle or tube that it goes around
+ * @property {string} [name] of it, for people
+ * @property {ModelInput | null} [model] a trained model, whose target is looked for too
+ * @property {DeepSft} [sft] an engine of the page's own, which is not closed with the scene; its targets are looked for
+ * @property {Target[]} [targets] those of them that are looked for, default all
+ * @property {FrameSource} [source] what is shown in place of a camera: a video that plays, an open camera, or frames of one's own
+ * @property {ImageInput} [photograph] what is shown in place of a video: one picture, which the first target is looked for in
+ * @property {CameraOption} [camera] intrinsics of the source, where they are known
+ * @property {SceneHost} [host] what draws the scene in place of its own renderer
+ * @property {FrameFit} [fit] how the camera's picture fills the container, default `cover`
+ * @property {Facing} [facing] which way the camera looks, default `environment`; the picture of one that looks at the person is mirrored
+ * @property {string} [deviceId] a certain camera
+ * @property {boolean | Smoothing} [smooth] as in `sft.follow`; default true
+ * @property {boolean} [light] whether what stands on a print is lit as its paper is and casts a shadow on it; default true
+ * @property {boolean} [sound] whether a button offers the sound of films that have one; default true
+ * @property {OwnScreens | false} [screens] in place of those of the package; false for none
+ * @property {Pick<LoadOptions, "device" | "baseUrl" | "onProgress">} [load] options of `DeepSft.load`
+ * @property {(estimate: Estimate, frame: number) => void} [onEstimate] as in `sft.follow`; the scene closes the estimate
+ * @property {AbortSignal} [signal] closes the scene
+ */
+
+/**
+ * A renderer and a scene of the page's own, whose canvas fills the container. The page draws them by itself, with `view.camera`: between
+ * {@link SceneView.prepare} and {@link SceneView.drawn}.
+ *
+ * @typedef {{ renderer: WebGLRenderer, scene: Scene }} SceneHost
+ */
+
+/**
+ * The events of a scene, by what their `detail` holds.
+ *
+ * @typedef {object} SceneEvents
+ * @property {CustomEvent<{ sheet: SceneSheet, frame: TrackedFrame }>} found a print is found
+ * @property {CustomEvent<{ sheet: SceneSheet, frame: TrackedFrame }>} lost it is found no longer
+ * @property {CustomEvent<{ deltaS: number, frame: TrackedFrame }>} frame before each drawing: seconds since the last, and the newest frame
+ * @property {CustomEvent<{ error: DeepSftError }>} error the camera, or what follows it, has failed; the screen offers to try again
+ */
+
 /**
  * Starts a scene in a part of the page: it asks for the camera, looks for the print, and draws what is put on it.
  *
@@ -34,9 +83,6 @@ export { SceneSheet } from "./scene-sheet.js";
 export { SceneView } from "./scene-view.js";
 
 /** @typedef {import("./print.js").PrintInput} PrintInput */
-/** @typedef {import("./scene-options.js").SceneEvents} SceneEvents */
-/** @typedef {import("./scene-options.js").SceneHost} SceneHost */
-/** @typedef {import("./scene-options.js").SceneOptions} SceneOptions */
 /** @typedef {import("./screens.js").OwnScreens} OwnScreens */
 /** @typedef {import("./screens.js").ScreenContents} ScreenContents */
 /** @typedef {import("./screens.js").ScreenName} ScreenName */

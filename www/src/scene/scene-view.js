@@ -17,7 +17,7 @@ import { Screens } from "./screens.js";
 import { SoundButton } from "./sound-button.js";
 
 /** @import { Estimate, FrameSource, ImageInput, PictureOptions, Session, Target } from "../index.js" */
-/** @import { SceneEvents, SceneOptions } from "./scene-options.js" */
+/** @import { SceneEvents, SceneOptions } from "./index.js" */
 /** @import { ScreenContents, ScreenName } from "./screens.js" */
 
 /** After so long without a print the person is told what to do, milliseconds. */

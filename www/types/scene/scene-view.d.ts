@@ -6,7 +6,7 @@ import { Recording } from "../record/recording.js";
 import { FrameCamera } from "../three/frame-camera.js";
 import { SceneSheet } from "./scene-sheet.js";
 import type { ImageInput, PictureOptions, Target } from "../index.js";
-import type { SceneEvents, SceneOptions } from "./scene-options.js";
+import type { SceneEvents, SceneOptions } from "./index.js";
 /** A scene that runs until it is closed. {@link start} makes it. @extends {Announcer<SceneEvents>} */
 export declare class SceneView extends Announcer<SceneEvents> {
     #private;
