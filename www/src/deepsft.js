@@ -1,49 +1,53 @@
 // The estimator as pages use it.
 
+import { unlessAborted } from "./abort.js";
 import { folderOf, isAddress } from "./address.js";
+import { cameraForFrame, centredCamera, intrinsicsOf } from "./camera/intrinsics.js";
 import { bundleFiles, fetchBundle } from "./engine/bundle.js";
 import { compileEngine } from "./engine/engine-worker.js";
 import { LastingEngine, closedError, startEngine } from "./engine/lasting-engine.js";
 import { requireBrowser } from "./engine/requirements.js";
 import { WorkerCalls } from "./engine/worker-calls.js";
 import { DeepSftError } from "./error.js";
-import { FrameRequests } from "./frame-requests.js";
+import { canonicalIntrinsics } from "./frames/canonical-frame.js";
+import { closeFrame, readImage, transferableFrame } from "./frames/image-input.js";
+import { Estimate } from "./results/estimate.js";
 import { Scan, scanFiles } from "./targets/scan.js";
 import { isSamePicture, pictureSource, templateSource, unusable } from "./targets/target-source.js";
 import { MODEL_TARGET, Target, unknownTarget } from "./targets/target.js";
 import { Session } from "./tracking/session.js";
 
-/** @import { CameraOption, Estimate, EstimateOptions, FlatPrint, FlattenOptions, FrameSource, ImageInput, LoadProgress, ScanInput, Smoothing, TargetKind, TemplateInput } from "./index.js" */
+/** @import { CameraOption, CameraSource, FrameSource, ImageInput, LoadOptions, PictureOptions, ScanInput, Smoothing, SourcedCamera, TargetKind, TemplateInput } from "./index.js" */
 /** @import { ModelInput } from "./engine/bundle.js" */
+/** @import { EngineWorker, MeshRequest, RawEstimate } from "./engine/engine-worker.js" */
 /** @import { TargetSource } from "./targets/target-source.js" */
 /** @import { Question } from "./tracking/session.js" */
 
 /**
- * @typedef {object} LoadOptions
- * @property {"auto" | "webgpu" | "cpu"} [device] `auto` (the default) takes WebGPU when a real GPU offers what the engine
- *   needs, else the CPU, and says why in `info.fallback`; `webgpu` takes any adapter, even an emulated one, or fails
- * @property {(progress: LoadProgress) => void} [onProgress]
- * @property {boolean} [keep] whether this browser keeps the model's files, in its Cache storage by their SHA-256, so that the next visit
- *   asks for `model.json` alone; default true. Where there is no such storage, or no room, they are fetched each time.
- * @property {HeadersInit} [headers] of the requests for the model's files, as of a server that asks who it is
- * @property {AbortSignal} [signal] stops loading; the promise then rejects with the signal's reason
- * @property {string | URL} [baseUrl] address of a copy of this package's folder `dist`, whose worker and engine are taken, where a bundler does
- *   not find them
- * @property {number} [timeoutMs] so long, in milliseconds, the engine may be silent while it is waited for, before it counts as
- *   hung and everything rejects with `internal`; default 180,000, since the first frame on an emulated GPU takes minutes
+ * @typedef {object} EstimateOptions
+ * @property {Target} [target] what to look for; when absent the model's own target, else the only one there is
+ * @property {CameraOption} [camera] when absent what a photograph's EXIF data tell, if the image is a Blob or File with some; else
+ *   estimated. Either way a tilted or bent sheet tells it better, and then `estimate.camera.source` is `calibrated`
+ * @property {AbortSignal} [signal] rejects at once with its reason
+ * @property {boolean} [fit] fits the target's mesh to the image, starting from the network's maps,
+ *   and gives the maps of that mesh; where it explains the image no better the network's own stay. Default false. What is found
+ *   by its features is fitted in any case.
  */
 
 /**
- * @typedef {object} PictureOptions
- * @property {number} [widthMm] width of the print, without the paper's margins; 5 to 20,000. Without it lengths are counted in that width,
- *   and the target's `unit` is `width`.
- * @property {number} [heightMm] its height; by the picture's sides when absent
- * @property {number} [aroundMm] diameter of the tin, bottle, mug or tube that the print goes around; it needs `widthMm`. A print longer
- *   than one turn covers its own end. When absent the print lies flat at rest.
- * @property {number} [copies] how many copies of the print `follow` follows at once, up to 16; each takes the finders about as long again.
- *   Default 1
- * @property {string} [name] for people; the file's own for a File and an address
- * @property {AbortSignal} [signal] rejects with its reason, and no target is added
+ * @typedef {object} FlattenOptions
+ * @property {number} [width] pixels of the flat print, 16 to 4096; default 1024. Its height follows.
+ * @property {boolean} [unshaded] divides shadows, uneven light and its colour out of it; what is written on the print stays. Default false
+ * @property {Target} [target] as for `estimate`
+ * @property {CameraOption} [camera] as for `estimate`
+ * @property {AbortSignal} [signal] rejects at once with its reason
+ */
+
+/**
+ * A print as an image shows it, laid flat: `confidence` is how much the image shows of each pixel, row-major, 0 to 1, and 0 where the
+ * print is out of the image, turned away, or hidden by itself or by something else. What is not shown is white.
+ *
+ * @typedef {{ image: ImageData, confidence: Float32Array }} FlatPrint
  */
 
 /**
@@ -62,6 +66,9 @@ import { Session } from "./tracking/session.js";
  *   of its frame, and owns it: call its `close()` when done
  */
 
+/** Widths of a flat print, pixels. */
+const [MIN_WIDTH, MAX_WIDTH] = [16, 4096];
+
 const WASM_NAME = "deepsft_web_bg.wasm";
 /** Bundlers know only this form. */
 const WASM_URL = new URL("../dist/deepsft_web_bg.wasm", import.meta.url);
@@ -69,10 +76,11 @@ const WASM_URL = new URL("../dist/deepsft_web_bg.wasm", import.meta.url);
 /** Shape from template on a worker of its own. */
 export class DeepSft {
   #engine;
-  #requests;
   /** By number. @type {Map<number, Target>} */
   #targets = new Map();
   #lastTarget = MODEL_TARGET;
+  /** Settles when the requests so far are done. @type {Promise<unknown>} */
+  #inFlight = Promise.resolve();
   /** Those that run, and whether they follow all there is. @type {Map<Session, boolean>} */
   #sessions = new Map();
 
@@ -83,7 +91,6 @@ export class DeepSft {
    */
   constructor(engine) {
     this.#engine = engine;
-    this.#requests = new FrameRequests(engine, (target) => this.#chosen(target));
     if (engine.model) this.#targets.set(MODEL_TARGET, new Target(MODEL_TARGET, engine.info.modelName ?? "", "model", engine.model));
   }
 
@@ -272,8 +279,11 @@ export class DeepSft {
    * @param {EstimateOptions} [options]
    * @throws {DeepSftError} `target-unknown`, `image-unreadable`, `image-cross-origin`, `camera-intrinsics`, `gpu-lost`, `closed`
    */
-  estimate(image, options = {}) {
-    return this.#requests.estimate(image, options);
+  async estimate(image, { fit = false, ...options } = {}) {
+    const began = performance.now();
+    const ask = this.#ask(image, options, (worker, request) => worker.call("estimate", { ...request, fit }), (late) => late.answer.bitmap?.close());
+    const { answer, ...of } = await ask;
+    return this.#estimateOf(answer, { ...of, began });
   }
 
   /**
@@ -286,8 +296,11 @@ export class DeepSft {
    * @throws {DeepSftError} as `estimate`
    * @throws {DeepSftError} `invalid-argument` for a width that is none
    */
-  flatten(image, options = {}) {
-    return this.#requests.flatten(image, options);
+  async flatten(image, { width = 1024, unshaded = false, ...options } = {}) {
+    if (!(width >= MIN_WIDTH && width <= MAX_WIDTH)) throw new DeepSftError("invalid-argument", `The flat print is to be ${width} pixels wide, expected ${MIN_WIDTH} to ${MAX_WIDTH}`);
+    const columns = Math.round(width);
+    const { answer } = await this.#ask(image, options, (worker, request) => worker.call("flatten", { ...request, columns, unshaded }));
+    return answer && { image: new ImageData(answer.rgba, answer.width), confidence: answer.confidence };
   }
 
   /**
@@ -312,7 +325,7 @@ export class DeepSft {
       smooth: smooth === true ? {} : smooth ? checkedSmoothing(smooth) : null,
       startTracker: () => new WorkerCalls(workerUrl, timeoutMs),
       sourceOf: (target) => ({ id: this.#chosen(target).id, source: /** @type {TargetSource} */ (this.#engine.sources.get(target.id)) }),
-      find: (/** @type {Question} */ question) => this.#requests.find(question, options.onEstimate !== undefined),
+      find: (/** @type {Question} */ question) => this.#find(question, options.onEstimate !== undefined),
     });
     if (!session.closed) this.#sessions.set(session, wanted === undefined);
     session.addEventListener("ended", () => this.#sessions.delete(session));
@@ -328,6 +341,95 @@ export class DeepSft {
   /** Closes it at the end of the block of a `using` declaration. */
   [Symbol.dispose]() {
     this.close();
+  }
+
+  /**
+   * Has the finders look for targets in a frame.
+   *
+   * @param {Question} question
+   * @param {boolean} estimated whether the network's answer is wanted as an estimate too
+   */
+  #find({ ids, frame, canonical, camera, focal }, estimated) {
+    return this.#inTurn(async () => {
+      const began = performance.now();
+      const intrinsics = canonical ? canonicalIntrinsics(camera, focal) : intrinsicsOf(camera);
+      let estimate = null;
+      try {
+        const { answers, estimate: raw } = await this.#engine.run(async (worker) => {
+          const copy = await createImageBitmap(canonical ?? frame);
+          return worker.call("find", { ids, estimated, frame: copy, intrinsics, focal }).finally(() => copy.close());
+        });
+        if (raw) estimate = this.#estimateOf({ ...raw, bitmap: frame }, { target: this.#chosen(undefined), camera, grabMs: 0, began });
+        return { answers, estimate };
+      } finally {
+        canonical?.close();
+        if (!estimate) frame.close();
+      }
+    });
+  }
+
+  /**
+   * Runs requests one after the other.
+   *
+   * @template T
+   * @param {() => Promise<T>} request
+   */
+  #inTurn(request) {
+    const turn = this.#inFlight.then(request);
+    this.#inFlight = turn.catch(() => undefined);
+    return turn;
+  }
+
+  /**
+   * Asks the engine something of a target in an image, in turn.
+   *
+   * @template T
+   * @param {ImageInput} input
+   * @param {{ target?: Target, camera?: CameraOption, signal?: AbortSignal }} options
+   * @param {(worker: EngineWorker, request: { id: number, frame: ImageBitmap | ImageData, intrinsics: number[], source: CameraSource }) => Promise<T>} question
+   * @param {(late: { answer: T }) => void} [letGo] takes an answer that nobody waits for any more
+   */
+  async #ask(input, { target: wanted, camera: cameraOption, signal }, question, letGo) {
+    const image = await readImage(input, signal);
+    const asked = async () => {
+      signal?.throwIfAborted();
+      if (this.#engine.closed) throw closedError();
+      const target = this.#chosen(wanted);
+      return this.#engine.run(async (worker) => {
+        const grabbing = performance.now();
+        const grabbed = await transferableFrame(image);
+        const grabMs = performance.now() - grabbing;
+        const { frame, width, height } = grabbed;
+        try {
+          const exifFocal = !cameraOption && image instanceof Blob ? await worker.call("exifFocal", { file: image, width, height }) : undefined;
+          const known = exifFocal === undefined ? cameraOption : centredCamera(width, height, exifFocal, "exif");
+          const camera = cameraForFrame(known, grabbed);
+          const request = { id: target.id, frame, intrinsics: intrinsicsOf(camera), source: camera.source };
+          return { answer: await question(worker, request), target, camera, grabMs };
+        } finally {
+          closeFrame(frame);
+        }
+      });
+    };
+    return unlessAborted(this.#inTurn(asked), signal, letGo);
+  }
+
+  /**
+   * @param {RawEstimate} raw
+   * @param {{ target: Target, camera: SourcedCamera, grabMs: number, began: number }} of
+   */
+  #estimateOf(raw, { target, camera, grabMs, began }) {
+    const times = {
+      captureMs: grabMs + raw.readMs,
+      ...raw.times,
+      fitMs: raw.fitted?.solveMs ?? 0,
+      totalMs: performance.now() - began,
+    };
+    const makeMesh = (/** @type {MeshRequest} */ maps) => this.#engine.run((worker) => worker.call("mesh", maps));
+    if (!raw.told) return new Estimate(raw, camera, times, target, makeMesh);
+    // The sheet has told the camera; the deviation is a fraction of its focal length.
+    const [fx, fy, cx, cy, deviation] = raw.told;
+    return new Estimate(raw, { ...camera, fx, fy, cx, cy, source: "calibrated", spread: deviation * fx }, times, target, makeMesh);
   }
 }
 

@@ -31,11 +31,11 @@ export { TrackedFrame, TrackedTarget } from "./results/tracked-frame.js";
 /** @typedef {import("./camera/camera-stream.js").ListedCamera} ListedCamera */
 /** @typedef {import("./camera/request.js").Facing} Facing */
 /** @typedef {import("./camera/request.js").OpenCameraOptions} OpenCameraOptions */
-/** @typedef {import("./frame-requests.js").EstimateOptions} EstimateOptions */
-/** @typedef {import("./frame-requests.js").FlatPrint} FlatPrint */
-/** @typedef {import("./frame-requests.js").FlattenOptions} FlattenOptions */
-/** @typedef {import("./deepsft.js").LoadOptions} LoadOptions */
-/** @typedef {import("./deepsft.js").PictureOptions} PictureOptions */
+/** @typedef {import("./deepsft.js").EstimateOptions} EstimateOptions */
+/** @typedef {import("./deepsft.js").FlatPrint} FlatPrint */
+/** @typedef {import("./deepsft.js").FlattenOptions} FlattenOptions */
+/** @typedef {import("./engine/bundle.js").LoadOptions} LoadOptions */
+/** @typedef {import("./targets/target-source.js").PictureOptions} PictureOptions */
 /** @typedef {import("./deepsft.js").FollowOptions} FollowOptions */
 /** @typedef {import("./engine/engine-worker.js").EngineInfo} EngineInfo */
 /** @typedef {import("./engine/engine-worker.js").MeshTopology} MeshTopology */

@@ -8,6 +8,19 @@ import { closeFrame, opaquePixels, readImage, transferableFrame } from "../frame
 /** @import { ImageInput } from "../frames/image-input.js" */
 
 /**
+ * @typedef {object} PictureOptions
+ * @property {number} [widthMm] width of the print, without the paper's margins; 5 to 20,000. Without it lengths are counted in that width,
+ *   and the target's `unit` is `width`.
+ * @property {number} [heightMm] its height; by the picture's sides when absent
+ * @property {number} [aroundMm] diameter of the tin, bottle, mug or tube that the print goes around; it needs `widthMm`. A print longer
+ *   than one turn covers its own end. When absent the print lies flat at rest.
+ * @property {number} [copies] how many copies of the print `follow` follows at once, up to 16; each takes the finders about as long again.
+ *   Default 1
+ * @property {string} [name] for people; the file's own for a File and an address
+ * @property {AbortSignal} [signal] rejects with its reason, and no target is added
+ */
+
+/**
  * What a worker makes a target of.
  *
  * @typedef {{ kind: "picture", pixels: ImageData, widthMm: number, heightMm: number, diameterMm: number | undefined, hasSize: boolean, copies: number }
@@ -47,7 +60,7 @@ function checkSide(name, value) {
 
 /**
  * @param {ImageInput} image
- * @param {{ widthMm?: number, heightMm?: number, aroundMm?: number, copies?: number, signal?: AbortSignal }} options the size is that of the print, without the paper's margins
+ * @param {PictureOptions} options
  * @returns {Promise<Extract<TargetSource, { kind: "picture" }>>}
  * @throws {DeepSftError} `target-unusable`, `image-unreadable`, `image-cross-origin`, `invalid-argument`
  */
