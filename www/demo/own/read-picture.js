@@ -59,9 +59,7 @@ export function pictureFrom(image, width, height, name) {
  * @throws {PictureError} where there is no memory for it
  */
 export function canvasOf(width, height) {
-  const canvas = document.createElement("canvas");
-  [canvas.width, canvas.height] = [width, height];
-  return canvas;
+  return Object.assign(document.createElement("canvas"), { width, height });
 }
 
 /** @param {HTMLCanvasElement} canvas */

@@ -35,7 +35,7 @@ export class SheetLight {
 
   /** What was seen last. @returns {Light} */
   get light() {
-    return this.#light ?? usual(1);
+    return this.#light ?? lightOf(usual(1));
   }
 
   /**
@@ -48,46 +48,42 @@ export class SheetLight {
    * @param {number} atMs
    */
   follow(light, normals, seen, atMs) {
-    /** @type {number[][]} a symmetric matrix and, last, what it is to give */
+    /** A symmetric matrix and, last, what it is to give; so its first row has the sums of all. */
     const system = Array.from({ length: 4 }, () => [0, 0, 0, 0, 0]);
-    const mean = [0, 0, 0];
-    let [count, brightness] = [0, 0];
     for (let i = 0; i < light.length; i++) {
       if (seen[i] < MIN_SEEN) continue;
-      const row = [1, normals[3 * i], normals[3 * i + 1], normals[3 * i + 2]];
-      for (let j = 0; j < 4; j++) {
-        for (let k = 0; k < 4; k++) system[j][k] += row[j] * row[k];
-        system[j][4] += row[j] * light[i];
-      }
-      for (let k = 0; k < 3; k++) mean[k] += row[1 + k];
-      brightness += light[i];
-      count++;
+      const row = [1, normals[3 * i], normals[3 * i + 1], normals[3 * i + 2], light[i]];
+      for (let j = 0; j < 4; j++) for (let k = 0; k < 5; k++) system[j][k] += row[j] * row[k];
     }
+    const [count, ...sums] = system[0];
     if (count < 12) return;
-    const expected = usual(brightness / count, mean.map((value) => value / count));
-    [expected.everywhere, ...expected.directed].forEach((value, j) => {
+    const [x, y, z, brightness] = sums.map((sum) => sum / count);
+    const expected = usual(brightness, [x, y, z]);
+    expected.forEach((value, j) => {
       system[j][j] += PRIOR_WEIGHT * count;
       system[j][4] += PRIOR_WEIGHT * count * value;
     });
-    const [everywhere, x, y, z] = solved(system);
-    const [strength, height] = [Math.hypot(x, y, z), (x * mean[0] + y * mean[1] + z * mean[2]) / count];
-    const isUsable = everywhere > 0.1 * expected.everywhere && height > MIN_HEIGHT * strength;
-    const found = isUsable ? { everywhere, directed: /** @type {[number, number, number]} */ ([x, y, z]) } : expected;
+    const solution = solved(system);
+    const [everywhere, ...directed] = solution;
+    const isUsable = everywhere > 0.1 * expected[0] && dot(directed, [x, y, z]) > MIN_HEIGHT * Math.hypot(...directed);
+    const found = isUsable ? solution : expected;
     const weight = this.#light ? 1 - Math.exp(-Math.max(0, atMs - this.#atMs) / 1000 / FOLLOW_SECONDS) : 1;
-    const from = this.#light ?? found;
-    const towards = (/** @type {number} */ a, /** @type {number} */ b) => a + weight * (b - a);
     this.#atMs = atMs;
-    this.#light = {
-      everywhere: towards(from.everywhere, found.everywhere),
-      directed: /** @type {Light["directed"]} */ (from.directed.map((value, k) => towards(value, found.directed[k]))),
-    };
+    const before = this.#light ? [this.#light.everywhere, ...this.#light.directed] : found;
+    this.#light = lightOf(before.map((value, k) => value + weight * (found[k] - value)));
   }
 }
 
+/** @param {number[]} light from everywhere, and (x, y, z) of the directed one @returns {Light} */
+function lightOf([everywhere, x, y, z]) {
+  return { everywhere, directed: [x, y, z] };
+}
+
 /**
+ * The usual light, as {@link lightOf} takes it.
+ *
  * @param {number} brightness of the sheet
  * @param {number[]} normal of the sheet
- * @returns {Light}
  */
 function usual(brightness, normal = [0, 0, -1]) {
   const up = unit(normal);
@@ -95,8 +91,7 @@ function usual(brightness, normal = [0, 0, -1]) {
   const side = unit(SIDE.map((value, k) => value - along * up[k]));
   const towards = unit(up.map((value, k) => value + SLANT * side[k]));
   const scale = brightness / (USUAL.everywhere + USUAL.directed / Math.hypot(1, SLANT));
-  const [x, y, z] = towards.map((value) => value * USUAL.directed * scale);
-  return { everywhere: USUAL.everywhere * scale, directed: [x, y, z] };
+  return [USUAL.everywhere * scale, ...towards.map((value) => value * USUAL.directed * scale)];
 }
 
 /**

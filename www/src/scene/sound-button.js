@@ -1,30 +1,14 @@
 // The button for the sound of films in a scene: browsers allow it to taps alone.
 
-/** Is there once a film has sound. */
+/** Is shown once a film has sound. */
 export class SoundButton {
-  #element;
-  /** @type {HTMLButtonElement | null} */
-  #button = null;
+  #button = document.createElement("button");
   /** @type {HTMLVideoElement[]} */
   #films = [];
 
   /** @param {HTMLElement} element that it is laid over */
   constructor(element) {
-    this.#element = element;
-  }
-
-  /** Offers the sound of films that have one. @param {HTMLVideoElement[]} films that are printed now */
-  offer(films) {
-    this.#films = films;
-    const isOffered = films.some(hasSound);
-    if (isOffered) this.#button ??= this.#made();
-    if (this.#button) this.#button.hidden = !isOffered;
-  }
-
-  #made() {
-    const button = document.createElement("button");
-    button.type = "button";
-    button.textContent = "Sound";
+    const button = Object.assign(this.#button, { type: "button", textContent: "Sound", hidden: true });
     button.setAttribute("aria-pressed", "false");
     Object.assign(button.style, {
       ...{ position: "absolute", right: "16px", top: "16px", minHeight: "44px", padding: "0 16px", border: "0", borderRadius: "22px", pointerEvents: "auto" },
@@ -36,8 +20,13 @@ export class SoundButton {
       button.style.textDecoration = isOn ? "" : "line-through";
       for (const film of this.#films) film.muted = !isOn;
     });
-    this.#element.append(button);
-    return button;
+    element.append(button);
+  }
+
+  /** Offers the sound of films that have one. @param {HTMLVideoElement[]} films that are printed now */
+  offer(films) {
+    this.#films = films;
+    this.#button.hidden = !films.some(hasSound);
   }
 }
 
