@@ -1,68 +1,56 @@
 import { LastingEngine } from "./engine/lasting-engine.js";
+import { Estimate } from "./results/estimate.js";
 import { Scan } from "./targets/scan.js";
 import { Target } from "./targets/target.js";
 import { Session } from "./tracking/session.js";
-import type { CameraOption, Estimate, EstimateOptions, FlatPrint, FlattenOptions, FrameSource, ImageInput, LoadProgress, ScanInput, Smoothing, TemplateInput } from "./index.js";
+import type { CameraOption, FrameSource, ImageInput, LoadOptions, PictureOptions, ScanInput, Smoothing, TemplateInput } from "./index.js";
 import type { ModelInput } from "./engine/bundle.js";
-export type LoadOptions = {
+export type EstimateOptions = {
     /**
-     * `auto` (the default) takes WebGPU when a real GPU offers what the engine
-     * needs, else the CPU, and says why in `info.fallback`; `webgpu` takes any adapter, even an emulated one, or fails
+     * what to look for; when absent the model's own target, else the only one there is
      */
-    device?: "auto" | "webgpu" | "cpu";
-    onProgress?: (progress: LoadProgress) => void;
+    target?: Target;
     /**
-     * whether this browser keeps the model's files, in its Cache storage by their SHA-256, so that the next visit
-     * asks for `model.json` alone; default true. Where there is no such storage, or no room, they are fetched each time.
+     * when absent what a photograph's EXIF data tell, if the image is a Blob or File with some; else
+     * estimated. Either way a tilted or bent sheet tells it better, and then `estimate.camera.source` is `calibrated`
      */
-    keep?: boolean;
+    camera?: CameraOption;
     /**
-     * of the requests for the model's files, as of a server that asks who it is
-     */
-    headers?: HeadersInit;
-    /**
-     * stops loading; the promise then rejects with the signal's reason
+     * rejects at once with its reason
      */
     signal?: AbortSignal;
     /**
-     * address of a copy of this package's folder `dist`, whose worker and engine are taken, where a bundler does
-     * not find them
+     * fits the target's mesh to the image, starting from the network's maps,
+     * and gives the maps of that mesh; where it explains the image no better the network's own stay. Default false. What is found
+     * by its features is fitted in any case.
      */
-    baseUrl?: string | URL;
-    /**
-     * so long, in milliseconds, the engine may be silent while it is waited for, before it counts as
-     * hung and everything rejects with `internal`; default 180,000, since the first frame on an emulated GPU takes minutes
-     */
-    timeoutMs?: number;
+    fit?: boolean;
 };
-export type PictureOptions = {
+export type FlattenOptions = {
     /**
-     * width of the print, without the paper's margins; 5 to 20,000. Without it lengths are counted in that width,
-     * and the target's `unit` is `width`.
+     * pixels of the flat print, 16 to 4096; default 1024. Its height follows.
      */
-    widthMm?: number;
+    width?: number;
     /**
-     * its height; by the picture's sides when absent
+     * divides shadows, uneven light and its colour out of it; what is written on the print stays. Default false
      */
-    heightMm?: number;
+    unshaded?: boolean;
     /**
-     * diameter of the tin, bottle, mug or tube that the print goes around; it needs `widthMm`. A print longer
-     * than one turn covers its own end. When absent the print lies flat at rest.
+     * as for `estimate`
      */
-    aroundMm?: number;
+    target?: Target;
     /**
-     * how many copies of the print `follow` follows at once, up to 16; each takes the finders about as long again.
-     * Default 1
+     * as for `estimate`
      */
-    copies?: number;
+    camera?: CameraOption;
     /**
-     * for people; the file's own for a File and an address
-     */
-    name?: string;
-    /**
-     * rejects with its reason, and no target is added
+     * rejects at once with its reason
      */
     signal?: AbortSignal;
+};
+export type FlatPrint = {
+    image: ImageData;
+    confidence: Float32Array;
 };
 export type FollowOptions = {
     /**
@@ -189,7 +177,7 @@ export declare class DeepSft {
      * @param {EstimateOptions} [options]
      * @throws {DeepSftError} `target-unknown`, `image-unreadable`, `image-cross-origin`, `camera-intrinsics`, `gpu-lost`, `closed`
      */
-    estimate(image: ImageInput, options?: EstimateOptions): Promise<Estimate>;
+    estimate(image: ImageInput, { fit, ...options }?: EstimateOptions): Promise<Estimate>;
     /**
      * Lays a print flat as one image shows it: found, fitted to the image's own pixels, and each place of the print looked up in the image.
      * For forms, labels, drawings on a print.
@@ -200,7 +188,7 @@ export declare class DeepSft {
      * @throws {DeepSftError} as `estimate`
      * @throws {DeepSftError} `invalid-argument` for a width that is none
      */
-    flatten(image: ImageInput, options?: FlattenOptions): Promise<FlatPrint | null>;
+    flatten(image: ImageInput, { width, unshaded, ...options }?: FlattenOptions): Promise<FlatPrint | null>;
     /**
      * Follows the meshes of targets through a video at the camera's rate: a tracker in a worker of its own takes each newest
      * frame, and the finders, beside it and at their own rate, tell it where to start, confirm it, and find

@@ -1,10 +1,39 @@
-import type { LoadOptions } from "../deepsft.js";
 export type LoadProgress = {
     phase: "engine" | "model" | "start";
     loadedBytes: number;
     totalBytes: number | null;
 };
-/** @import { LoadOptions } from "../deepsft.js" */
+export type LoadOptions = {
+    /**
+     * `auto` (the default) takes WebGPU when a real GPU offers what the engine
+     * needs, else the CPU, and says why in `info.fallback`; `webgpu` takes any adapter, even an emulated one, or fails
+     */
+    device?: "auto" | "webgpu" | "cpu";
+    onProgress?: (progress: LoadProgress) => void;
+    /**
+     * whether this browser keeps the model's files, in its Cache storage by their SHA-256, so that the next visit
+     * asks for `model.json` alone; default true. Where there is no such storage, or no room, they are fetched each time.
+     */
+    keep?: boolean;
+    /**
+     * of the requests for the model's files, as of a server that asks who it is
+     */
+    headers?: HeadersInit;
+    /**
+     * stops loading; the promise then rejects with the signal's reason
+     */
+    signal?: AbortSignal;
+    /**
+     * address of a copy of this package's folder `dist`, whose worker and engine are taken, where a bundler does
+     * not find them
+     */
+    baseUrl?: string | URL;
+    /**
+     * so long, in milliseconds, the engine may be silent while it is waited for, before it counts as
+     * hung and everything rejects with `internal`; default 180,000, since the first frame on an emulated GPU takes minutes
+     */
+    timeoutMs?: number;
+};
 /**
  * How far loading has come. `engine` is the WebAssembly module, `model` the bundle, `start` the time in which
  * the device starts and the first, slow, frame runs. `totalBytes` is null where the server does not say.
@@ -13,6 +42,20 @@ export type LoadProgress = {
  * @property {"engine" | "model" | "start"} phase
  * @property {number} loadedBytes
  * @property {number | null} totalBytes
+ */
+/**
+ * @typedef {object} LoadOptions
+ * @property {"auto" | "webgpu" | "cpu"} [device] `auto` (the default) takes WebGPU when a real GPU offers what the engine
+ *   needs, else the CPU, and says why in `info.fallback`; `webgpu` takes any adapter, even an emulated one, or fails
+ * @property {(progress: LoadProgress) => void} [onProgress]
+ * @property {boolean} [keep] whether this browser keeps the model's files, in its Cache storage by their SHA-256, so that the next visit
+ *   asks for `model.json` alone; default true. Where there is no such storage, or no room, they are fetched each time.
+ * @property {HeadersInit} [headers] of the requests for the model's files, as of a server that asks who it is
+ * @property {AbortSignal} [signal] stops loading; the promise then rejects with the signal's reason
+ * @property {string | URL} [baseUrl] address of a copy of this package's folder `dist`, whose worker and engine are taken, where a bundler does
+ *   not find them
+ * @property {number} [timeoutMs] so long, in milliseconds, the engine may be silent while it is waited for, before it counts as
+ *   hung and everything rejects with `internal`; default 180,000, since the first frame on an emulated GPU takes minutes
  */
 /** What describes a model, in its folder. */
 export declare const MODEL_FILE = "model.json";

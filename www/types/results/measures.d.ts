@@ -14,4 +14,3 @@ export declare function measureSheet(mesh: Pick<SurfaceMesh, "normals" | "pointA
     distanceMm: number;
     bendDegrees: number;
 };
-export type Vector = ArrayLike<number>;

@@ -1,4 +1,4 @@
-/** Is there once a film has sound. */
+/** Is shown once a film has sound. */
 export declare class SoundButton {
     #private;
     /** @param {HTMLElement} element that it is laid over */

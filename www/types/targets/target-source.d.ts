@@ -1,5 +1,34 @@
 import { DeepSftError } from "../error.js";
 import type { ImageInput } from "../frames/image-input.js";
+export type PictureOptions = {
+    /**
+     * width of the print, without the paper's margins; 5 to 20,000. Without it lengths are counted in that width,
+     * and the target's `unit` is `width`.
+     */
+    widthMm?: number;
+    /**
+     * its height; by the picture's sides when absent
+     */
+    heightMm?: number;
+    /**
+     * diameter of the tin, bottle, mug or tube that the print goes around; it needs `widthMm`. A print longer
+     * than one turn covers its own end. When absent the print lies flat at rest.
+     */
+    aroundMm?: number;
+    /**
+     * how many copies of the print `follow` follows at once, up to 16; each takes the finders about as long again.
+     * Default 1
+     */
+    copies?: number;
+    /**
+     * for people; the file's own for a File and an address
+     */
+    name?: string;
+    /**
+     * rejects with its reason, and no target is added
+     */
+    signal?: AbortSignal;
+};
 export type TargetSource = {
     kind: "picture";
     pixels: ImageData;
@@ -22,17 +51,11 @@ export type TargetSource = {
 export type TemplateInput = string | URL | Map<string, Uint8Array> | Iterable<File>;
 /**
  * @param {ImageInput} image
- * @param {{ widthMm?: number, heightMm?: number, aroundMm?: number, copies?: number, signal?: AbortSignal }} options the size is that of the print, without the paper's margins
+ * @param {PictureOptions} options
  * @returns {Promise<Extract<TargetSource, { kind: "picture" }>>}
  * @throws {DeepSftError} `target-unusable`, `image-unreadable`, `image-cross-origin`, `invalid-argument`
  */
-export declare function pictureSource(image: ImageInput, { widthMm: given, heightMm, aroundMm: diameterMm, copies, signal }: {
-    widthMm?: number;
-    heightMm?: number;
-    aroundMm?: number;
-    copies?: number;
-    signal?: AbortSignal;
-}): Promise<Extract<TargetSource, {
+export declare function pictureSource(image: ImageInput, { widthMm: given, heightMm, aroundMm: diameterMm, copies, signal }: PictureOptions): Promise<Extract<TargetSource, {
     kind: "picture";
 }>>;
 /**
