@@ -64,14 +64,13 @@ async function playFirst(video, signal) {
         return await video.play();
       } catch (error) {
         signal.throwIfAborted();
-        refusal = error;
         // Everything else is not about the file: nothing may play by itself.
-        if (!(error instanceof DOMException && error.name === "NotSupportedError")) break;
+        if (!(error instanceof DOMException && error.name === "NotSupportedError")) throw error;
+        refusal = error;
       }
     }
     signal.removeEventListener("abort", free);
     free();
-    if (!(refusal instanceof DOMException && refusal.name === "NotSupportedError")) break;
   }
   throw refusal;
 }

@@ -419,17 +419,18 @@ export class DeepSft {
    * @param {{ target: Target, camera: SourcedCamera, grabMs: number, began: number }} of
    */
   #estimateOf(raw, { target, camera, grabMs, began }) {
+    const fitted = raw.found ? raw.fitted : null;
     const times = {
       captureMs: grabMs + raw.readMs,
       ...raw.times,
-      fitMs: raw.fitted?.solveMs ?? 0,
+      fitMs: fitted?.solveMs ?? 0,
       totalMs: performance.now() - began,
     };
     const makeMesh = (/** @type {MeshRequest} */ maps) => this.#engine.run((worker) => worker.call("mesh", maps));
-    if (!raw.told) return new Estimate(raw, camera, times, target, makeMesh);
+    if (!raw.told) return new Estimate({ ...raw, fitted }, camera, times, target, makeMesh);
     // The sheet has told the camera; the deviation is a fraction of its focal length.
     const [fx, fy, cx, cy, deviation] = raw.told;
-    return new Estimate(raw, { ...camera, fx, fy, cx, cy, source: "calibrated", spread: deviation * fx }, times, target, makeMesh);
+    return new Estimate({ ...raw, fitted }, { ...camera, fx, fy, cx, cy, source: "calibrated", spread: deviation * fx }, times, target, makeMesh);
   }
 }
 

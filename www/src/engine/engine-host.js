@@ -9,7 +9,6 @@ import { MODEL_TARGET } from "../targets/target.js";
 import { COPY_AGAIN, VERSION } from "../version.js";
 import { probeWebGpu } from "./webgpu.js";
 
-/** @import { RawEstimate as EngineEstimate } from "../../pkg/deepsft_web.js" */
 /** @import { CameraSource } from "../camera/intrinsics.js" */
 /** @import { EngineInfo, MeshRequest, RawEstimate, StartRequest, TargetRequest } from "./engine-worker.js" */
 
@@ -92,7 +91,8 @@ export async function estimate({ id, frame, intrinsics, source, fit }) {
   try {
     const { rgba, width, height, readMs } = readFrame(frame);
     const raw = await started().estimate(id, rgba, width, height, new Float64Array(intrinsics), source);
-    const value = carried(raw, frame instanceof ImageData ? null : frame, readMs);
+    /** @type {RawEstimate} */
+    const value = { ...raw, readMs, bitmap: frame instanceof ImageData ? null : frame };
     if (fit && value.found && !value.fitted) {
       value.fitted = await started().mesh(id, value.width, value.focal, value.depth, value.registration, value.canonical);
       if (value.fitted) ({ depth: value.depth, registration: value.registration } = value.fitted);
@@ -109,7 +109,7 @@ export async function find({ ids, estimated, frame, intrinsics, focal }) {
   const { rgba, width, height, readMs } = readFrame(frame);
   closeFrame(frame);
   const found = await started().find(new Uint32Array(ids), estimated, rgba, width, height, new Float64Array(intrinsics), focal);
-  return { answers: found.answers, estimate: found.estimate ? carried(found.estimate, null, readMs) : null };
+  return { answers: found.answers, estimate: found.estimate ? { ...found.estimate, readMs, bitmap: null } : null };
 }
 
 /** @param {Looked & { id: number, source: CameraSource, columns: number, unshaded: boolean }} request */
@@ -122,16 +122,4 @@ export function flatten({ id, frame, intrinsics, source, columns, unshaded }) {
 /** @param {MeshRequest} request */
 export function mesh({ id, width, focal, depth, registration, canonical }) {
   return started().mesh(id, width, focal, depth, registration, canonical ?? undefined);
-}
-
-/**
- * An estimate as it crosses to the page.
- *
- * @param {EngineEstimate} raw
- * @param {ImageBitmap | null} bitmap handed back
- * @param {number} readMs
- * @returns {RawEstimate}
- */
-function carried(raw, bitmap, readMs) {
-  return { ...raw, fitted: raw.found ? raw.fitted : null, readMs, bitmap };
 }

@@ -100,7 +100,28 @@ export declare function find({ ids, estimated, frame, intrinsics, focal }: Looke
         id: number;
         sightings: Float32Array[];
     }[];
-    estimate: RawEstimate | null;
+    estimate: {
+        width: number;
+        focal: number;
+        depth: Float32Array;
+        registration: Float32Array;
+        mask: Uint8Array;
+        canonical: Uint8ClampedArray;
+        found: boolean;
+        confidence: number;
+        shapeDetermined: boolean;
+        by: "network" | "features" | null;
+        told: number[] | null;
+        fitted: import("../../pkg/deepsft_web.js").RawMesh | null;
+        times: {
+            warpMs: number;
+            networkMs: number;
+            judgeMs: number;
+            featuresMs: number;
+        };
+        readMs: number;
+        bitmap: null;
+    } | null;
 }>;
 /** @param {Looked & { id: number, source: CameraSource, columns: number, unshaded: boolean }} request */
 export declare function flatten({ id, frame, intrinsics, source, columns, unshaded }: Looked & {
