@@ -2,8 +2,7 @@
 
 import initialise, { Engine, readScan as readScanFiles } from "../../pkg/deepsft_web.js";
 import { DeepSftError } from "../error.js";
-import { readFrame } from "../frames/frame-pixels.js";
-import { closeFrame, decodedPixels } from "../frames/image-input.js";
+import { closeFrame, decodedPixels, readFrame } from "../frames/image-input.js";
 import { addSource } from "../targets/add-source.js";
 import { MODEL_TARGET } from "../targets/target.js";
 import { COPY_AGAIN, VERSION } from "../version.js";

@@ -80,16 +80,11 @@ function detailOf({ data, width, height }, textureCoordinates, neighbours) {
   };
   return Float32Array.from(neighbours, (around, i) => {
     const [u, v] = textureCoordinates.subarray(2 * i, 2 * i + 2);
-    let [sum, squares, count] = [0, 0, 0];
-    for (const j of around) {
-      for (const t of [0, 0.25, 0.5, 0.75]) {
-        const value = luminance(u + t * (textureCoordinates[2 * j] - u), v + t * (textureCoordinates[2 * j + 1] - v));
-        sum += value;
-        squares += value * value;
-        count++;
-      }
-    }
-    const variance = squares / count - (sum / count) ** 2;
-    return ramp(Math.sqrt(Math.max(0, variance)), DETAIL);
+    const values = around.flatMap((j) =>
+      [0, 0.25, 0.5, 0.75].map((t) => luminance(u + t * (textureCoordinates[2 * j] - u), v + t * (textureCoordinates[2 * j + 1] - v))),
+    );
+    const mean = values.reduce((sum, value) => sum + value, 0) / values.length;
+    const variance = values.reduce((sum, value) => sum + (value - mean) ** 2, 0) / values.length;
+    return ramp(Math.sqrt(variance), DETAIL);
   });
 }

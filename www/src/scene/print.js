@@ -61,7 +61,6 @@ async function openFilm(input, place, signal) {
   const film = document.createElement("video");
   Object.assign(film, { src: whole ?? input, crossOrigin: "anonymous", muted: true, loop: true, preload: "auto", tabIndex: -1 });
   film.playsInline = true;
-  film.setAttribute("aria-hidden", "true");
   hide(film);
   place.append(film);
   const close = () => {
@@ -112,5 +111,6 @@ function printed(texture, { film = null, isLive = false, close } = {}) {
 
 /** In the page, but not seen: iPhones play no video that is not displayed. @param {HTMLVideoElement} video */
 export function hide(video) {
+  video.setAttribute("aria-hidden", "true");
   Object.assign(video.style, { display: "block", position: "absolute", width: "1px", height: "1px", opacity: "0", pointerEvents: "none" });
 }

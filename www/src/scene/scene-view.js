@@ -101,7 +101,6 @@ export class SceneView extends Announcer {
     this.renderer.shadowMap.enabled = true;
     this.#layers = new SceneLayers(this, host !== undefined);
     hide(this.#video);
-    this.#video.setAttribute("aria-hidden", "true");
     element.append(this.#video, this.#layers.element);
     this.#sound = options.sound === false ? null : new SoundButton(element);
     this.#resizing.observe(element);

@@ -5,8 +5,7 @@ export { FrameBackground } from "./frame-background.js";
 export { FrameCamera } from "./frame-camera.js";
 export { PaperLight } from "./paper-light.js";
 export { Sheet } from "./sheet.js";
-export { SurfaceGeometry } from "./surface-geometry.js";
-export { turnedFrame } from "./frame.js";
+export { SurfaceGeometry, turnedFrame } from "./surface-geometry.js";
 
 /** @typedef {import("./anchor.js").AnchorOptions} AnchorOptions */
 /** @typedef {import("./frame-camera.js").FrameFit} FrameFit */

@@ -3,8 +3,7 @@
 import initialise, { MeshTracker } from "../../pkg/deepsft_web.js";
 import { CANONICAL_FOCAL } from "../camera/canonical.js";
 import { DeepSftError } from "../error.js";
-import { readFrame } from "../frames/frame-pixels.js";
-import { closeFrame } from "../frames/image-input.js";
+import { closeFrame, readFrame } from "../frames/image-input.js";
 import { addSource } from "../targets/add-source.js";
 
 /** @import { RawAnswer, TargetRequest } from "../engine/engine-worker.js" */

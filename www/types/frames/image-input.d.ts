@@ -41,6 +41,18 @@ export declare function transferableFrame(image: ReadImage): Promise<{
  */
 export declare function opaquePixels(frame: ImageBitmap | ImageData, longestSide: number): Promise<ImageData>;
 /**
+ * The pixels of a frame, sRGB, not premultiplied, and how long it took to read them, milliseconds.
+ *
+ * @param {ImageBitmap | ImageData} frame
+ * @throws {DeepSftError} `internal`
+ */
+export declare function readFrame(frame: ImageBitmap | ImageData): {
+    rgba: ImageDataArray;
+    width: number;
+    height: number;
+    readMs: number;
+};
+/**
  * Decodes a picture's file, of any kind that the browser knows.
  *
  * @param {Uint8Array<ArrayBuffer>} bytes
