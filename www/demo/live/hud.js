@@ -53,15 +53,11 @@ export class Hud {
   reset() {
     this.#means.clear();
     [this.#frames, this.#answers] = [0, 0];
-    part("#fps").textContent = "–";
-    part("#network-fps").textContent = "–";
+    for (const name of ["fps", "network-fps", ...STAGES.map((name) => `${name}-ms`)]) part(`#${name}`).textContent = "–";
     this.showMesh(false);
     this.showWaiting("Warming up");
     this.#say("");
-    for (const name of STAGES) {
-      part(`#${name}-ms`).textContent = "–";
-      part(`#${name}-bar`).style.flexGrow = "0";
-    }
+    for (const name of STAGES) part(`#${name}-bar`).style.flexGrow = "0";
     this.#shownAt = -Infinity;
   }
 

@@ -80,15 +80,12 @@ async function requestFirst(wishes) {
  * @throws {DeepSftError} `camera-denied`, `camera-blocked`, `camera-not-found`, `camera-busy`, `camera-constraints`, `camera-unsupported`, `insecure-context`
  */
 export async function requestStream({ facing = "environment", deviceId }) {
-  if (deviceId !== undefined) {
-    try {
-      return await requestCamera(deviceId);
-    } catch (error) {
-      // It may not be there any more.
-      if (!["camera-constraints", "camera-not-found"].includes(asDeepSftError(error).code)) throw error;
-    }
-  }
-  return requestFacing(facing, "ideal");
+  if (deviceId === undefined) return requestFacing(facing, "ideal");
+  return requestCamera(deviceId).catch((error) => {
+    // It may not be there any more.
+    if (!["camera-constraints", "camera-not-found"].includes(asDeepSftError(error).code)) throw error;
+    return requestFacing(facing, "ideal");
+  });
 }
 
 /**

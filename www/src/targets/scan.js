@@ -51,9 +51,8 @@ export class Scan {
   /** Sides of the box around it, mm: width, height and depth. @returns {[number, number, number]} */
   get sizeMm() {
     const side = (/** @type {number} */ axis) => {
-      let [low, high] = [Infinity, -Infinity];
-      for (let i = axis; i < this.vertices.length; i += 3) [low, high] = [Math.min(low, this.vertices[i]), Math.max(high, this.vertices[i])];
-      return high - low;
+      const places = this.vertices.filter((_, i) => i % 3 === axis);
+      return places.reduce((a, b) => Math.max(a, b), -Infinity) - places.reduce((a, b) => Math.min(a, b), Infinity);
     };
     return [side(0), side(1), side(2)];
   }
