@@ -1,14 +1,7 @@
 // The npm package `deepsft`: shape from template in the browser.
 
-export {
-  CANONICAL_FOCAL,
-  CANONICAL_HEIGHT,
-  CANONICAL_WIDTH,
-  canonicalFromImage,
-  canonicalSize,
-  imageFromCanonical,
-  verticesInImage,
-} from "./camera/canonical.js";
+export { CANONICAL_FOCAL, CANONICAL_HEIGHT, CANONICAL_WIDTH } from "./camera/canonical.js";
+export { canonicalFromImage, canonicalSize, imageFromCanonical, verticesInImage } from "./camera/canonical.js";
 export { visibleRegion } from "./camera/visible-region.js";
 export { LENS_GLSL, lensUniform } from "./camera/lens.js";
 export { CameraStream, listCameras, openCamera } from "./camera/camera-stream.js";

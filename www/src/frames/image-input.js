@@ -78,13 +78,9 @@ export async function transferableFrame(image) {
   const { width, height } = bitmap;
   if (width * height <= MAX_PIXELS) return { frame: bitmap, width, height };
   const scale = Math.sqrt(MAX_PIXELS / (width * height));
+  const [resizeWidth, resizeHeight] = [width, height].map((side) => Math.max(1, Math.floor(side * scale)));
   try {
-    const small = await createImageBitmap(bitmap, {
-      resizeWidth: Math.max(1, Math.floor(width * scale)),
-      resizeHeight: Math.max(1, Math.floor(height * scale)),
-      resizeQuality: "high",
-    });
-    return { frame: small, width, height };
+    return { frame: await createImageBitmap(bitmap, { resizeWidth, resizeHeight, resizeQuality: "high" }), width, height };
   } catch (error) {
     throw new DeepSftError("image-unreadable", "The image is too large for this browser.", { cause: error });
   } finally {
@@ -146,11 +142,7 @@ export function readFrame(frame) {
  */
 export async function decodedPixels(bytes) {
   const { frame } = await transferableFrame(new Blob([bytes]));
-  try {
-    return await opaquePixels(frame, Infinity);
-  } finally {
-    closeFrame(frame);
-  }
+  return opaquePixels(frame, Infinity).finally(() => closeFrame(frame));
 }
 
 /** Kinds of pictures by their first bytes: those that every browser knows, and others that people have. */

@@ -90,12 +90,9 @@ export async function shareFile(blob, name) {
   const [type] = blob.type.split(";");
   const file = new File([blob], `${name}.${type.split("/")[1]}`, { type });
   if (navigator.canShare?.({ files: [file] })) {
-    try {
-      return await navigator.share({ files: [file] });
-    } catch (error) {
-      // They changed their mind.
-      if (error instanceof DOMException && error.name === "AbortError") return;
-    }
+    // Who has changed their mind wants no download either.
+    const isOver = await navigator.share({ files: [file] }).then(() => true, ({ name }) => name === "AbortError");
+    if (isOver) return;
   }
   const link = Object.assign(document.createElement("a"), { href: URL.createObjectURL(blob), download: file.name });
   link.click();

@@ -140,13 +140,9 @@ export class Estimate {
     const maps = { id: this.target.id, width: this.depth.width, focal: this.focal, depth, registration: this.registration.values() };
     const made = this.#meshes.get(method) ?? this.#makeMesh({ ...maps, canonical: method === "fit" ? this.canonical.data : null });
     this.#meshes.set(method, made);
-    try {
-      const raw = await made;
-      return raw && new SurfaceMesh(raw.surface, this.target.mesh, method);
-    } catch (error) {
-      this.#meshes.delete(method);
-      throw error;
-    }
+    made.catch(() => this.#meshes.delete(method));
+    const raw = await made;
+    return raw && new SurfaceMesh(raw.surface, this.target.mesh, method);
   }
 
   /** Lets the maps and the frame go. */

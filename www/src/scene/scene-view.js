@@ -178,11 +178,7 @@ export class SceneView extends Announcer {
         if (!frame || !this.#sft) return null;
         // The frame itself is let go as soon as there is a newer one.
         const copy = await createImageBitmap(frame);
-        try {
-          return await this.#sft.flatten(copy, { signal, ...options, target, camera });
-        } finally {
-          copy.close();
-        }
+        return this.#sft.flatten(copy, { signal, ...options, target, camera }).finally(() => copy.close());
       },
     });
     this.#sheets.set(target, sheet);
