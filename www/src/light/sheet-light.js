@@ -53,7 +53,8 @@ export class SheetLight {
     for (let i = 0; i < light.length; i++) {
       if (seen[i] < MIN_SEEN) continue;
       const row = [1, normals[3 * i], normals[3 * i + 1], normals[3 * i + 2], light[i]];
-      for (let j = 0; j < 4; j++) for (let k = 0; k < 5; k++) system[j][k] += row[j] * row[k];
+      for (let j = 0; j < 4; j++)
+        for (let k = 0; k < 5; k++) system[j][k] += row[j] * row[k];
     }
     const [count, ...sums] = system[0];
     if (count < 12) return;

@@ -91,8 +91,7 @@ export async function shareFile(blob, name) {
   const file = new File([blob], `${name}.${type.split("/")[1]}`, { type });
   if (navigator.canShare?.({ files: [file] })) {
     // Who has changed their mind wants no download either.
-    const isOver = await navigator.share({ files: [file] }).then(() => true, ({ name }) => name === "AbortError");
-    if (isOver) return;
+    if (await navigator.share({ files: [file] }).then(() => true, ({ name }) => name === "AbortError")) return;
   }
   const link = Object.assign(document.createElement("a"), { href: URL.createObjectURL(blob), download: file.name });
   link.click();
