@@ -22,6 +22,17 @@ const SCALING: f32 = 0.6;
 /// Fewest neighbours that confirm a match.
 const FEWEST: usize = 3;
 
+/// Fewest matches of a group, that a mesh is fitted to.
+pub(crate) const SMALLEST_GROUP: usize = 6;
+
+/// Most groups, and as many kernels.
+const MAX_GROUPS: usize = 4;
+
+/// A group's kernel: those of its matches of whose neighbours in it this fraction agree, left out in so many rounds. Where half of a group
+/// is wrong, a mesh bent to all of it is nowhere exact.
+const MIN_AGREEING: f32 = 0.4;
+const PRUNINGS: usize = 3;
+
 /// Least places of a group, as a fraction of those of the first.
 const MIN_PLACES: f32 = 0.25;
 
@@ -29,7 +40,8 @@ const MIN_PLACES: f32 = 0.25;
 const MAX_MATCHES: usize = 1500;
 
 /// Groups of matches that confirm one another, the one with most places on the sheet first: many corners of a repeated pattern that all look
-/// like the same few of the sheet have these few places. Those with less than [`MIN_PLACES`] of them are left out.
+/// like the same few of the sheet have these few places. Those with less than [`MIN_PLACES`] of them are left out. Then the same of their
+/// kernels.
 ///
 /// Neighbours are between `nearest` and `farthest` pixels apart in the image: matches nearer to each other may be of one corner at two
 /// sizes, and say nothing of each other. `place_mm` is how exact places are: what neighbours may be off beside the distortion.
@@ -49,37 +61,84 @@ pub(crate) fn groups(matches: &[Match], [nearest, farthest]: [f32; 2], place_mm:
     };
     let mut order: Vec<usize> = (0..matches.len()).collect();
     order.sort_by(|&i, &j| matches[i].pixel.x.total_cmp(&matches[j].pixel.x));
-    let mut pairs = Vec::new();
-    let mut confirmed = vec![0_usize; matches.len()];
+    let mut neighbours = Vec::new();
     for (k, &i) in order.iter().enumerate() {
         for &j in &order[k + 1..] {
             let apart = matches[j].pixel - matches[i].pixel;
             if apart.x > farthest {
                 break;
             }
-            if (nearest..=farthest).contains(&apart.length()) && agree(i, j) {
-                pairs.push([i, j]);
-                confirmed[i] += 1;
-                confirmed[j] += 1;
+            if (nearest..=farthest).contains(&apart.length()) {
+                neighbours.push(([i, j], agree(i, j)));
             }
         }
     }
-    let is_confirmed = |i: &usize| confirmed[*i] >= FEWEST;
-    let mut sets = DisjointSets::new(matches.len());
-    for [i, j] in pairs.into_iter().filter(|pair| pair.iter().all(is_confirmed)) {
-        sets.join(i, j);
+    let mut graph = AgreementGraph {
+        matches,
+        neighbours,
+        kept: vec![true; matches.len()],
+    };
+    graph.prune(None);
+    let mut groups = graph.groups(2.0 * place_mm);
+    for _ in 0..PRUNINGS {
+        graph.prune(Some(MIN_AGREEING));
     }
-    let mut groups: Vec<Vec<Match>> = vec![Vec::new(); matches.len()];
-    for i in (0..matches.len()).filter(is_confirmed) {
-        groups[sets.first(i)].push(matches[i]);
-    }
-    groups.retain(|g| !g.is_empty());
-    groups.sort_by_cached_key(|group| Reverse(covered(group, 2.0 * place_mm)));
-    let least = groups
-        .first()
-        .map_or(0.0, |first| MIN_PLACES * covered(first, 2.0 * place_mm) as f32);
-    groups.retain(|group| covered(group, 2.0 * place_mm) as f32 >= least);
+    let mut kernels = graph.groups(2.0 * place_mm);
+    kernels.retain(|kernel| !groups.contains(kernel));
+    groups.extend(kernels);
     groups
+}
+
+/// Matches, and which of those near one another agree.
+struct AgreementGraph<'a> {
+    matches: &'a [Match],
+    neighbours: Vec<([usize; 2], bool)>,
+    kept: Vec<bool>,
+}
+
+impl AgreementGraph<'_> {
+    /// Groups of kept matches: those that agree are in one.
+    fn sets(&self) -> DisjointSets {
+        let mut sets = DisjointSets::new(self.matches.len());
+        for &([i, j], agrees) in &self.neighbours {
+            if agrees && self.kept[i] && self.kept[j] {
+                sets.join(i, j);
+            }
+        }
+        sets
+    }
+
+    /// Keeps matches that [`FEWEST`] kept neighbours confirm, and of their neighbours in the same group at least this fraction.
+    fn prune(&mut self, min_agreeing: Option<f32>) {
+        let mut sets = self.sets();
+        let mut counted = vec![[0_usize; 2]; self.matches.len()];
+        for &([i, j], agrees) in &self.neighbours {
+            if self.kept[i] && self.kept[j] && sets.first(i) == sets.first(j) {
+                counted[i][usize::from(agrees)] += 1;
+                counted[j][usize::from(agrees)] += 1;
+            }
+        }
+        for (kept, [against, agreeing]) in self.kept.iter_mut().zip(counted) {
+            let is_most = |fraction| agreeing as f32 >= fraction * (against + agreeing) as f32;
+            *kept &= agreeing >= FEWEST && min_agreeing.is_none_or(is_most);
+        }
+    }
+
+    /// The groups of kept matches, by how many cells of the sheet with sides of `cell_mm` they cover.
+    fn groups(&self, cell_mm: f32) -> Vec<Vec<Match>> {
+        let mut sets = self.sets();
+        let mut groups: Vec<Vec<Match>> = vec![Vec::new(); self.matches.len()];
+        for (i, _) in self.kept.iter().enumerate().filter(|(_, kept)| **kept) {
+            groups[sets.first(i)].push(self.matches[i]);
+        }
+        groups.retain(|group| group.len() >= SMALLEST_GROUP);
+        groups.sort_by_cached_key(|group| Reverse(covered(group, cell_mm)));
+        let covered = |group: &Vec<Match>| covered(group, cell_mm) as f32;
+        let least = groups.first().map_or(0.0, |first| MIN_PLACES * covered(first));
+        groups.retain(|group| covered(group) >= least);
+        groups.truncate(MAX_GROUPS);
+        groups
+    }
 }
 
 /// In how many cells of a sheet, with sides of `side_mm`, `matches` have their places.
@@ -127,6 +186,41 @@ mod tests {
         let groups = groups(&matches, [3.0, 116.0], 2.5);
         let (kept, count) = (groups[0].iter().filter(right).count(), groups[0].len());
         assert!(kept >= 75 && count - kept <= 4, "{kept} right of {count}");
-        assert!(groups.get(1).is_none_or(|second| second.len() < 8));
+        // Beside it nothing but its kernel.
+        let is_within = |group: &Vec<Match>| group.iter().all(|m| groups[0].contains(m));
+        assert!(groups[1..].iter().all(|group| group.len() < 8 || is_within(group)));
+    }
+
+    #[test]
+    fn a_group_of_which_half_is_wrong_has_a_kernel_that_is_right() {
+        let mut random = xorshift(0x9e37_79b9_7f4a_7c15);
+        let mut random = move || (random() >> 40) as f32 / (1 << 24) as f32;
+        // A flat sheet, 2 pixels per mm. Corners of one spot are matched to one place 27 mm beside theirs: they confirm each other, and what is
+        // farther away agrees too.
+        let at = |place: Vec2, off: Vec2| Match {
+            pixel: 2.0 * place,
+            place: place + off,
+            angle: 0.0,
+            scale: 0.5,
+        };
+        let mut matches = Vec::new();
+        for k in 0..200 {
+            let place = Vec2::new(200.0 * random(), 150.0 * random());
+            if k % 5 > 0 {
+                matches.push(at(place, Vec2::ZERO));
+                continue;
+            }
+            let off = 27.0 * Vec2::from_angle(TAU * random());
+            let around = [Vec2::ZERO, Vec2::X, Vec2::Y, Vec2::ONE].map(|step| at(place + 3.0 * step, off));
+            matches.extend(around);
+        }
+        let is_right = |m: &&Match| m.place.distance(m.pixel / 2.0) < 1.0;
+        let groups = groups(&matches, [3.0, 116.0], 2.5);
+        let [whole, kernel] = [groups.first(), groups.last()].map(|group| {
+            let group = group.unwrap();
+            (group.iter().filter(is_right).count(), group.len())
+        });
+        assert!(whole.1 - whole.0 > 100, "{whole:?}");
+        assert!(kernel.0 > 140 && kernel.1 - kernel.0 < 20, "{kernel:?}");
     }
 }

@@ -15,9 +15,9 @@ const AMBIGUOUS: f64 = 0.7;
 const MIN_EXPLAINED_IF_AMBIGUOUS: f64 = 0.7;
 const MAX_AMBIGUITY: f64 = 0.94;
 
-/// Least explained fraction times confirmed pixels of the canonical image: a large sheet has to show less of itself than a small one. On frames with
-/// another print the product has reached 1,800, on a nearly black one 2,300; of right fits one in a hundred has less than 2,500.
-const MIN_EVIDENCE_PX: f64 = 2500.0;
+/// Least explained fraction times correlation times confirmed pixels of the canonical image: a large sheet has to show less of itself than a
+/// small one.
+const MIN_EVIDENCE_PX: f64 = 1300.0;
 
 /// The verdict of an image on a mesh: how far it shows the print where the mesh puts it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -48,7 +48,7 @@ impl Verdict {
             _ if self.detail >= CLOSE_UP_DETAIL => self.explained >= MIN_EXPLAINED_CLOSE_UP,
             _ => self.explained >= MIN_EXPLAINED,
         };
-        is_clear && self.explained * self.confirmed_px >= MIN_EVIDENCE_PX
+        is_clear && self.correlation * self.explained * self.confirmed_px >= MIN_EVIDENCE_PX
     }
 }
 
@@ -73,13 +73,26 @@ mod tests {
         // A form that was filled in.
         assert!(found(0.45, Some(0.65), 2e4));
         assert!(found(0.9, Some(0.8), 2e4) && !found(0.9, Some(0.96), 2e4));
-        assert!(!found(0.9, None, 2000.0) && !Verdict::default().is_found());
+        assert!(!found(0.9, None, 1500.0) && !Verdict::default().is_found());
         let close_up = |explained: f64| Verdict {
+            correlation: 0.6,
             explained,
             confirmed_px: 2e4,
             detail: 2.0,
             ..Verdict::default()
         };
         assert!(close_up(0.25).is_found() && !close_up(0.15).is_found());
+        // A corner of a card that is read well, and a larger part of a sheet that resembles what is seen.
+        let corner = Verdict {
+            correlation: 0.92,
+            confirmed_px: 1950.0,
+            ..close_up(0.99)
+        };
+        let resembling = Verdict {
+            correlation: 0.45,
+            confirmed_px: 3000.0,
+            ..close_up(0.8)
+        };
+        assert!(corner.is_found() && !resembling.is_found());
     }
 }

@@ -298,6 +298,8 @@ test("on the demo page the house stands where the sheet truly is", { timeout: 2 
     const pixels = inner(house, camera, 3);
     const shareAt = (dx, dy) => pixels.filter((i) => changed[i + dy * width + dx]).length / pixels.length;
     const drawn = shareAt(0, 0);
+    // It comes with the frame after the click, which may be a later one.
+    if (shots === 0 && drawn < 0.1) continue;
     // Its shadow aside, all else is as the camera saw it.
     const xs = pixels.map((i) => i % width);
     const [from, to] = [Math.min(...xs), Math.max(...xs)];

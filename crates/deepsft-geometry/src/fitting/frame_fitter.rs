@@ -152,6 +152,7 @@ impl FrameFitter {
     ) -> Result<Surface, GeometryError> {
         check_size(image.size(), camera.size())?;
         check_start(&surface.vertices_camera, self.fitter.fine.mesh.vertices().len())?;
+        let is_clear = surface.verdict.correlation >= MIN_CORRELATION;
         let canonical = CloseUp::new(image, camera, surface.camera, 1.0)?;
         if self.fitter.template.is_sheet() {
             likeliest_shape(&mut self.fitter, &canonical, &mut surface)?;
@@ -166,7 +167,6 @@ impl FrameFitter {
         let mut close_ups = close_ups(image, camera, &surface, &fitter.print)?;
         if let Some(fitted) = fit_through(fitter, &close_ups, &surface, &[&reprojection, &depth])? {
             // A fit that is so bad says nothing of a print that looks like itself only when it is blurred.
-            let is_clear = surface.verdict.correlation >= MIN_CORRELATION;
             let ambiguity = surface
                 .verdict
                 .ambiguity

@@ -159,16 +159,37 @@ mod tests {
     use deepsft_finding::{FeatureFinder, Features};
 
     #[test]
-    fn a_card_of_fine_print_is_found_before_a_pattern() -> Result<()> {
+    fn a_card_of_fine_print_is_found_before_a_pattern_and_among_matches_half_of_which_are_wrong() -> Result<()> {
         let config = config()?;
-        let is_found = [(1, 13), (6, 18), (8, 128), (4, 148), (1, 169), (4, 184)].map(|(shown, frame)| {
+        let before_pattern = [(1, 13), (6, 18), (8, 128), (4, 148), (1, 169), (4, 184)];
+        let among_wrong = [(10, 70), (10, 118), (11, 143), (5, 197)];
+        let is_found = before_pattern.into_iter().chain(among_wrong).map(|(shown, frame)| {
             let card = template(shown)?;
             let sample = Synthesizer::new(&card, config.clone())?.sample(4242, frame);
             let (features, camera) = Features::of(&sample.image, &config.camera)?;
             Ok(FeatureFinder::new(card)?.find(&features, &camera)?.is_some())
         });
-        let is_found = is_found.into_iter().collect::<Result<Vec<_>>>()?;
+        let is_found = is_found.collect::<Result<Vec<_>>>()?;
         assert!(is_found.iter().all(|&is| is), "{is_found:?}");
+        Ok(())
+    }
+
+    #[test]
+    fn a_card_that_lies_off_before_close_ups_is_found_beside_those_that_resemble_it() -> Result<()> {
+        let config = config()?;
+        for (shown, frame) in [(11, 59), (7, 67)] {
+            let mut finder = TargetFinder::new(Target::from_template(template(shown)?))?;
+            let mut others = Vec::new();
+            for other in (0..12).filter(|other| *other != shown) {
+                let mut other = TargetFinder::new(Target::from_template(template(other)?))?;
+                assert!(finder.tell_apart(&mut other) > 0.15);
+                others.push(other);
+            }
+            let sample = Synthesizer::new(&template(shown)?, config.clone())?.sample(4242, frame);
+            let mut view = View::new(&sample.image, &config.camera);
+            let estimate = pollster::block_on(finder.estimate(&mut view))?;
+            assert!(estimate.judgement.found, "{frame}: {:?}", estimate.judgement);
+        }
         Ok(())
     }
 }

@@ -345,10 +345,6 @@ impl TargetFinder {
     /// The estimate after its sheet was fitted to the image's own pixels.
     fn in_close_ups(&mut self, view: &mut View<'_>, mut best: Estimate) -> Result<Estimate, DeepSftError> {
         if let Some(surface) = best.surface.take() {
-            if self.is_outdone(view, &surface)? {
-                (best.judgement.found, best.judgement.shape_determined) = (false, false);
-                return Ok(best);
-            }
             let (image, camera) = (view.image(), view.camera());
             let surface = self
                 .fitter
@@ -360,7 +356,7 @@ impl TargetFinder {
                 false => drawn,
             };
             best.judgement = Judgement::of_surface(&surface, &best.maps);
-            // Close-ups bring a lookalike that lay off to the place of the right one.
+            // Not before: the right one may lie off then and explain too little, and close-ups bring a lookalike that lay off to its place.
             if best.judgement.found && self.is_outdone(view, &surface)? {
                 (best.judgement.found, best.judgement.shape_determined) = (false, false);
             }
