@@ -140,7 +140,7 @@ impl TargetFinder {
     /// As [`Finder::find`].
     pub fn is_outdone(&self, view: &mut View<'_>, surface: &Surface) -> Result<bool, DeepSftError> {
         let seen = (view.canonical(&surface.camera)?, &surface.camera);
-        self.fitter.is_outdone(&self.lookalikes, seen, surface)
+        self.fitter.is_outdone(&self.lookalikes, seen, surface, true)
     }
 
     /// Whether a negative answer is trustworthy: a network's is; features miss many frames that show the target.
@@ -345,6 +345,12 @@ impl TargetFinder {
     /// The estimate after its sheet was fitted to the image's own pixels.
     fn in_close_ups(&mut self, view: &mut View<'_>, mut best: Estimate) -> Result<Estimate, DeepSftError> {
         if let Some(surface) = best.surface.take() {
+            // A print that another outdoes already needs no close-ups.
+            let seen = (view.canonical(&surface.camera)?, &surface.camera);
+            if self.fitter.is_outdone(&self.lookalikes, seen, &surface, false)? {
+                (best.judgement.found, best.judgement.shape_determined) = (false, false);
+                return Ok(best);
+            }
             let (image, camera) = (view.image(), view.camera());
             let surface = self
                 .fitter
@@ -356,7 +362,7 @@ impl TargetFinder {
                 false => drawn,
             };
             best.judgement = Judgement::of_surface(&surface, &best.maps);
-            // Not before: the right one may lie off then and explain too little, and close-ups bring a lookalike that lay off to its place.
+            // Doubts count only now: the right one may lie off before and explain too little, and close-ups bring a lookalike to its place.
             if best.judgement.found && self.is_outdone(view, &surface)? {
                 (best.judgement.found, best.judgement.shape_determined) = (false, false);
             }

@@ -45,12 +45,13 @@ impl TargetFitter {
     }
 
     /// Whether the image confirms one of `lookalikes` more than this target where `surface` has it: each is drawn on that very mesh, and where
-    /// that leaves a doubt fitted from there. One with another mesh does not count.
+    /// that leaves a doubt fitted from there. One with another mesh does not count. `is_final`: before the last fit a doubt says nothing.
     pub(super) fn is_outdone(
         &self,
         lookalikes: &[Weak<Self>],
         (image, camera): (&Picture, &Camera),
         surface: &Surface,
+        is_final: bool,
     ) -> Result<bool, DeepSftError> {
         let mesh = self.template.mesh();
         // What is twice as large looks the same from twice as far.
@@ -71,7 +72,7 @@ impl TargetFitter {
             let told = |fitted: Surface| (fitted.verdict.explained, fitted.evidence(of.template.mesh(), camera));
             Ok::<_, DeepSftError>(fitted.map(told))
         };
-        let is_unsure = surface.verdict.explained < UNSURE;
+        let is_unsure = is_final && surface.verdict.explained < UNSURE;
         let times = if is_unsure { UNSURE_TIMES } else { 1.0 };
         let mut own = None;
         for lookalike in lookalikes.iter().filter_map(Weak::upgrade) {
@@ -86,7 +87,7 @@ impl TargetFitter {
             if own.gives_way_to(&drawn) {
                 return Ok(true);
             }
-            let is_in_doubt = surface.verdict.explained < SURE && own.is_rivalled_by(&drawn, CLOSE);
+            let is_in_doubt = is_final && surface.verdict.explained < SURE && own.is_rivalled_by(&drawn, CLOSE);
             if is_in_doubt
                 && let Some((explained, better)) = fitted(&lookalike)?
                 && explained >= SURE
