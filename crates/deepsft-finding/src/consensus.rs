@@ -78,10 +78,10 @@ pub(crate) fn groups(matches: &[Match], [nearest, farthest]: [f32; 2], place_mm:
         neighbours,
         kept: vec![true; matches.len()],
     };
-    graph.prune(None);
+    graph.prune(0.0);
     let mut groups = graph.groups(2.0 * place_mm);
     for _ in 0..PRUNINGS {
-        graph.prune(Some(MIN_AGREEING));
+        graph.prune(MIN_AGREEING);
     }
     let mut kernels = graph.groups(2.0 * place_mm);
     kernels.retain(|kernel| !groups.contains(kernel));
@@ -109,7 +109,7 @@ impl AgreementGraph<'_> {
     }
 
     /// Keeps matches that [`FEWEST`] kept neighbours confirm, and of their neighbours in the same group at least this fraction.
-    fn prune(&mut self, min_agreeing: Option<f32>) {
+    fn prune(&mut self, min_agreeing: f32) {
         let mut sets = self.sets();
         let mut counted = vec![[0_usize; 2]; self.matches.len()];
         for &([i, j], agrees) in &self.neighbours {
@@ -119,8 +119,7 @@ impl AgreementGraph<'_> {
             }
         }
         for (kept, [against, agreeing]) in self.kept.iter_mut().zip(counted) {
-            let is_most = |fraction| agreeing as f32 >= fraction * (against + agreeing) as f32;
-            *kept &= agreeing >= FEWEST && min_agreeing.is_none_or(is_most);
+            *kept &= agreeing >= FEWEST && agreeing as f32 >= min_agreeing * (against + agreeing) as f32;
         }
     }
 
