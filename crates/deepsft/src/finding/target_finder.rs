@@ -5,7 +5,7 @@ use super::finder::{DescriptorFinder, Finder};
 use super::finder_kind::FinderKind;
 use super::picture_descriptors::SharedDescriptorNetwork;
 use super::target::Target;
-use super::target_fitter::TargetFitter;
+use super::target_fitter::{Lookalike, TargetFitter};
 use super::view::View;
 use crate::error::DeepSftError;
 use crate::estimate::{Estimate, Judgement};
@@ -14,8 +14,10 @@ use deepsft_geometry::fitting::Start;
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::raster::VisibleSurface;
 use deepsft_geometry::tracking::START_CORRELATION;
-use deepsft_geometry::{CalibratedCamera, Camera, Maps, Picture, SelfCalibration, SelfCalibrationOptions, Surface};
-use std::sync::{Arc, Weak};
+use deepsft_geometry::{
+    CalibratedCamera, Camera, CanonicalWarp, Maps, Picture, SelfCalibration, SelfCalibrationOptions, Surface,
+};
+use std::sync::Arc;
 
 /// The explained fraction from which no other finder is asked.
 const CLEAR: f64 = 0.8;
@@ -29,6 +31,9 @@ const STILL_SEEN: f32 = 0.8;
 
 /// Updates of the camera at most.
 const MAX_UPDATES: usize = 30;
+
+/// Most detail in which two prints are compared, times that of the canonical image.
+const MAX_DETAIL: f64 = 2.0;
 
 /// Share of their corners from which two pictures resemble each other.
 pub const ALIKE: f64 = 0.15;
@@ -49,8 +54,7 @@ pub struct TargetFinder {
     target: Target,
     finders: Vec<Finder>,
     fitter: Arc<TargetFitter>,
-    /// Of the targets that resemble this one.
-    lookalikes: Vec<Weak<TargetFitter>>,
+    lookalikes: Vec<Lookalike>,
     copies: u32,
 }
 
@@ -127,9 +131,13 @@ impl TargetFinder {
         };
         let share = own.shared_with(others).max(others.shared_with(own));
         if share >= ALIKE {
-            self.lookalikes.retain(|lookalike| lookalike.strong_count() > 0);
-            self.lookalikes.push(Arc::downgrade(&other.fitter));
-            other.lookalikes.push(Arc::downgrade(&self.fitter));
+            let lookalike = |of: &Self| Lookalike {
+                fitter: Arc::downgrade(&of.fitter),
+                share,
+            };
+            self.lookalikes.retain(|lookalike| lookalike.fitter.strong_count() > 0);
+            self.lookalikes.push(lookalike(other));
+            other.lookalikes.push(lookalike(self));
         }
         share
     }
@@ -139,8 +147,22 @@ impl TargetFinder {
     /// # Errors
     /// As [`Finder::find`].
     pub fn is_outdone(&self, view: &mut View<'_>, surface: &Surface) -> Result<bool, DeepSftError> {
-        let seen = (view.canonical(&surface.camera)?, &surface.camera);
-        self.fitter.is_outdone(&self.lookalikes, seen, surface, true)
+        if self.lookalikes.is_empty() {
+            return Ok(false);
+        }
+        let camera = &surface.camera;
+        // After close-ups fine print counts too, which the canonical image does not show.
+        let detail = surface.verdict.detail.clamp(1.0, MAX_DETAIL);
+        let [width, height] = [camera.size().width, camera.size().height].map(|side| (detail * side as f64) as usize);
+        let close_up = camera.resized((width, height))?;
+        let image = match close_up == *camera {
+            true => None,
+            false => Some(CanonicalWarp::new(view.camera(), &close_up).apply(view.image())?),
+        };
+        let canonical = (view.canonical(camera)?, camera);
+        let closest = image.as_ref().map_or(canonical, |image| (image, &close_up));
+        self.fitter
+            .is_outdone(&self.lookalikes, (closest, canonical), surface, true)
     }
 
     /// Whether a negative answer is trustworthy: a network's is; features miss many frames that show the target.
@@ -347,7 +369,10 @@ impl TargetFinder {
         if let Some(surface) = best.surface.take() {
             // A print that another outdoes already needs no close-ups.
             let seen = (view.canonical(&surface.camera)?, &surface.camera);
-            if self.fitter.is_outdone(&self.lookalikes, seen, &surface, false)? {
+            if self
+                .fitter
+                .is_outdone(&self.lookalikes, (seen, seen), &surface, false)?
+            {
                 (best.judgement.found, best.judgement.shape_determined) = (false, false);
                 return Ok(best);
             }

@@ -17,6 +17,22 @@ const UNSURE_TIMES: f32 = 2.0;
 const SURE: f64 = 0.8;
 const CLOSE: f32 = 0.5;
 
+/// How many times its own evidence a lookalike has below that, if the two share no corner. Drawn in the image of close-ups the best lookalike
+/// of a right card had 0.81 of its evidence or less, of a wrong one that lay by its frame alone 0.92.
+const DOUBTFUL_TIMES: f64 = 1.2;
+
+/// An image and the camera that took it.
+pub(super) type Seen<'a> = (&'a Picture, &'a Camera);
+
+/// A target whose print resembles that of another.
+#[derive(Clone, Debug)]
+pub(super) struct Lookalike {
+    /// Its fit, as long as the target lives.
+    pub(super) fitter: Weak<TargetFitter>,
+    /// Fraction of corners that both have.
+    pub(super) share: f64,
+}
+
 /// The fit of a target, made for the first image in which something is seen.
 #[derive(Debug)]
 pub(super) struct TargetFitter {
@@ -45,15 +61,17 @@ impl TargetFitter {
         Ok(work(fitter.insert(made))?)
     }
 
-    /// Whether the image confirms one of `lookalikes` more than this target where `surface` has it: each is drawn on that very mesh, and where
-    /// that leaves a doubt fitted from there. One with another mesh does not count. `is_final`: before the last fit a doubt says nothing.
+    /// Whether an image confirms one of `lookalikes` more than this target where `surface` has it: each is drawn on that very mesh in
+    /// `closest`, and where that leaves a doubt fitted from there in `canonical`. One with another mesh does not count. `is_final`: before the
+    /// last fit a doubt says nothing.
     pub(super) fn is_outdone(
         &self,
-        lookalikes: &[Weak<Self>],
-        (image, camera): (&Picture, &Camera),
+        lookalikes: &[Lookalike],
+        (closest, canonical): (Seen<'_>, Seen<'_>),
         surface: &Surface,
         is_final: bool,
     ) -> Result<bool, DeepSftError> {
+        let (image, camera) = closest;
         let mesh = self.template.mesh();
         // What is twice as large looks the same from twice as far.
         let vertices_of = |of: &Self| -> Vec<_> {
@@ -69,14 +87,15 @@ impl TargetFitter {
             Ok::<_, DeepSftError>(drawn.evidence(mesh, camera))
         };
         let fitted = |of: &Self| {
+            let (image, camera) = canonical;
             let fitted = of.with(|fitter| fitter.fit(image, camera, &Start::Mesh(vertices_of(of))))?;
             let told = |fitted: Surface| (fitted.verdict.explained, fitted.evidence(of.template.mesh(), camera));
             Ok::<_, DeepSftError>(fitted.map(told))
         };
-        let is_unsure = is_final && surface.verdict.explained < UNSURE;
-        let times = if is_unsure { UNSURE_TIMES } else { 1.0 };
+        let explained = surface.verdict.explained;
         let mut own = None;
-        for lookalike in lookalikes.iter().filter_map(Weak::upgrade) {
+        for Lookalike { fitter, share } in lookalikes {
+            let Some(lookalike) = fitter.upgrade() else { continue };
             if lookalike.template.mesh().faces() != mesh.faces() {
                 continue;
             }
@@ -84,11 +103,16 @@ impl TargetFitter {
                 Some(own) => own,
                 None => own.insert(evidence(self, 1.0)?),
             };
+            let times = match () {
+                () if !is_final || explained >= SURE => 1.0,
+                () if explained < UNSURE => UNSURE_TIMES,
+                () => (1.0 + (DOUBTFUL_TIMES - 1.0) * (1.0 - share)) as f32,
+            };
             let drawn = evidence(&lookalike, times)?;
             if own.gives_way_to(&drawn) {
                 return Ok(true);
             }
-            let is_in_doubt = is_final && surface.verdict.explained < SURE && own.is_rivalled_by(&drawn, CLOSE);
+            let is_in_doubt = is_final && explained < SURE && own.is_rivalled_by(&drawn, CLOSE);
             if is_in_doubt
                 && let Some((explained, better)) = fitted(&lookalike)?
                 && explained >= SURE
