@@ -24,6 +24,8 @@ const MOST_GROWN = 2;
 /** What is done with the package before it is measured, and how often more. */
 const WARM_UP = 3;
 const TIMES = { trackings: 6, targets: 10, images: 15 };
+/** How often more a page at rest is looked at, a second apart. */
+const TRIES = 5;
 
 /**
  * By so much what a page holds may grow meanwhile: code is still being compiled, and memory of WebAssembly comes in pages of 64 KB and never
@@ -72,6 +74,18 @@ function assertHoldsNoMore(now, before, when) {
   const figures = `${when}: ${JSON.stringify(before)}, then ${JSON.stringify(now)}`;
   assert.ok(now.nodes <= before.nodes + MAX_NODES && now.listeners <= before.listeners + MAX_LISTENERS, figures);
   assert.equal(now.workers, before.workers, figures);
+}
+
+/** As {@link assertHoldsNoMore}, of a page at rest: a frame that is on its way keeps its listeners for a moment, what leaks stays. */
+async function assertRestsWithNoMore(page, before, when) {
+  for (let more = TRIES; ; more--) {
+    try {
+      return assertHoldsNoMore(await page.footprint(), before, when);
+    } catch (error) {
+      if (more === 0) throw error;
+      await new Promise((resolve) => setTimeout(resolve, 1000));
+    }
+  }
 }
 
 test("a page follows on after its tab was hidden, its camera turned, its permission withdrawn and its workers crashed, and holds no more", { timeout: SLOW_MS }, (t) =>
@@ -123,7 +137,7 @@ test("trackings that are started and stopped, targets that come and go, and imag
       for (let i = 0; i < WARM_UP; i++) await page.page.evaluate(CYCLES[name]);
       const before = await page.footprint();
       for (let i = 0; i < times; i++) await page.page.evaluate(CYCLES[name]);
-      assertHoldsNoMore(await page.footprint(), before, name);
+      await assertRestsWithNoMore(page, before, name);
     }
   }),
 );
