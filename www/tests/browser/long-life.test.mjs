@@ -24,8 +24,9 @@ const MOST_GROWN = 2;
 /** What is done with the package before it is measured, and how often more. */
 const WARM_UP = 3;
 const TIMES = { trackings: 6, targets: 10, images: 15 };
-/** How often more a page at rest is looked at, a second apart. */
+/** How often more a page at rest is looked at, and how long it rests before, milliseconds. */
 const TRIES = 5;
+const REST_MS = 1500;
 
 /**
  * By so much what a page holds may grow meanwhile: code is still being compiled, and memory of WebAssembly comes in pages of 64 KB and never
@@ -83,10 +84,12 @@ async function assertRestsWithNoMore(page, before, when) {
       return assertHoldsNoMore(await page.footprint(), before, when);
     } catch (error) {
       if (more === 0) throw error;
-      await new Promise((resolve) => setTimeout(resolve, 1000));
+      await rest();
     }
   }
 }
+
+const rest = () => new Promise((resolve) => setTimeout(resolve, REST_MS));
 
 test("a page follows on after its tab was hidden, its camera turned, its permission withdrawn and its workers crashed, and holds no more", { timeout: SLOW_MS }, (t) =>
   onPage("/?device=cpu", async (page) => {
@@ -135,6 +138,7 @@ test("trackings that are started and stopped, targets that come and go, and imag
     await prepare(page.page);
     for (const [name, times] of Object.entries(TIMES)) {
       for (let i = 0; i < WARM_UP; i++) await page.page.evaluate(CYCLES[name]);
+      await rest();
       const before = await page.footprint();
       for (let i = 0; i < times; i++) await page.page.evaluate(CYCLES[name]);
       await assertRestsWithNoMore(page, before, name);

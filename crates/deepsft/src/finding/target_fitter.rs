@@ -103,15 +103,14 @@ impl TargetFitter {
                 Some(own) => own,
                 None => own.insert(evidence(self, 1.0)?),
             };
-            let times = if !is_final || explained >= SURE {
-                1.0
-            } else if explained < UNSURE {
+            // A lead counts only where fine print does.
+            let is_close = camera != canonical.1;
+            let times = if is_final && explained < UNSURE {
                 UNSURE_TIMES
-            } else if camera == canonical.1 {
-                // Fine print does not count.
-                1.0
-            } else {
+            } else if is_final && explained < SURE && is_close {
                 (1.0 + (DOUBTFUL_TIMES - 1.0) * (1.0 - share)) as f32
+            } else {
+                1.0
             };
             let drawn = evidence(&lookalike, times)?;
             if own.gives_way_to(&drawn) {
