@@ -149,10 +149,8 @@ pub fn run(arguments: &BenchmarkArguments) -> Result<()> {
             println!("{markdown}");
             if let Some(out) = out {
                 write_file(&out.join("table.md"), format!("{markdown}\n").as_bytes())?;
-                write_file(
-                    &out.join("table.json"),
-                    &table::json_bytes(&rows, "deepsft-baselines benchmark score")?,
-                )?;
+                let json = table::json(&rows, "deepsft-baselines benchmark score");
+                write_file(&out.join("table.json"), &serde_json::to_vec_pretty(&json)?)?;
             }
             Ok(())
         }
@@ -178,7 +176,8 @@ fn make(folder: &Path, template: &Path, frames: u64, condition: Condition) -> Re
         staged.write(&format!("template/{name}"), &bytes)?;
     }
     let mut hashes = Vec::new();
-    stills(&template, condition, SEED, frames, |sample| {
+    for sample in stills(&template, condition, SEED, frames as usize)? {
+        let sample = sample?;
         let files = [encode_png(&sample.image)?, maps_file::bytes(&sample.truth, true)?];
         let names = [image_name(hashes.len()), truth_name(hashes.len())];
         names
@@ -186,8 +185,7 @@ fn make(folder: &Path, template: &Path, frames: u64, condition: Condition) -> Re
             .zip(&files)
             .try_for_each(|(name, bytes)| staged.write(name, bytes))?;
         hashes.push(files.map(|bytes| sha256(&bytes)));
-        Ok(())
-    })?;
+    }
     let condition = condition.to_possible_value();
     let description = Description {
         format_version: 1,
@@ -234,6 +232,7 @@ fn score(folder: &Path, predictions: &Path) -> Result<Row> {
         }),
         missing: None,
         frames: Vec::new(),
+        paper: None,
     };
     for (frame, hashes) in description.sha256.iter().enumerate() {
         for (name, hash) in [image_name(frame), truth_name(frame)].iter().zip(hashes) {
@@ -267,7 +266,7 @@ fn score(folder: &Path, predictions: &Path) -> Result<Row> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::methods::{Method, Methods};
+    use crate::methods::{Followed, Method, Methods};
 
     fn poster() -> PathBuf {
         Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models/poster-a4/template")
@@ -291,21 +290,17 @@ mod tests {
         let (folder, ours) = (place.path().join("frames"), place.path().join("features"));
         make(&folder, &poster(), 2, Condition::Trained).unwrap();
         let template = read_template(&poster()).unwrap();
-        let mut methods = Methods::new(&template, None, None).unwrap();
+        let mut methods = Methods::new(&template, &[], None).unwrap();
         let mut compared = Vec::new();
-        stills(&template, Condition::Trained, SEED, 2, |sample| {
-            let answer = methods.answer(Method::Features, sample, None)?;
-            maps_file::write(&ours, compared.len(), answer.as_ref(), sample.truth.size(), true)?;
-            compared.push(FrameErrors::of(
-                Method::Features.measured(),
-                answer.as_ref(),
-                sample,
-                &template,
-                None,
-            )?);
-            Ok(())
-        })
-        .unwrap();
+        for sample in stills(&template, Condition::Trained, SEED, 2).unwrap() {
+            let sample = sample.unwrap();
+            let answer = methods
+                .answer(Method::Features, 0, &sample, &Followed::default())
+                .unwrap();
+            maps_file::write(&ours, compared.len(), answer.as_ref(), sample.truth.size(), true).unwrap();
+            let measured = Method::Features.measured();
+            compared.push(FrameErrors::of(measured, answer.as_ref(), &sample, &template, None).unwrap());
+        }
         let row = score(&folder, &ours).unwrap();
         assert!(
             row.frames

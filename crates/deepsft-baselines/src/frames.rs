@@ -1,9 +1,17 @@
-//! The single frames that methods are measured on, and what is harder in some of them.
+//! The frames that methods are measured on, and what is harder in some of them.
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
 use deepsft_geometry::{Camera, CanonicalWarp, Template, training_camera};
-use deepsft_synth::{Sample, SynthConfig, Synthesizer, canonical_truth};
+use deepsft_synth::{
+    ClipEvent, ClipLength, ClipStory, DatasetFolder, RecordingSimulator, Sample, SynthConfig, Synthesizer,
+    canonical_truth,
+};
+use std::path::PathBuf;
+
+/// Frames of a clip, and each how many of a video's one is measured.
+const CLIP_FRAMES: usize = 30;
+const MEASURED_EACH: usize = 5;
 
 /// Columns of other cameras' images.
 const CAMERA_WIDTH: usize = 960;
@@ -61,40 +69,142 @@ impl Condition {
     }
 }
 
-/// Calls `each` with the first `frames` samples of `seed` that show the template, as the training camera sees them.
+/// Frames that belong together: a video, or single images.
+pub struct Take<'a> {
+    /// Those that show the template, as the training camera sees them, in order.
+    pub frames: Box<dyn Iterator<Item = Result<Sample>> + 'a>,
+    /// Frames per second of a video.
+    pub video: Option<f64>,
+    /// How much larger the sheet in the frames is than the template.
+    pub scale: f64,
+}
+
+/// Where frames come from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Source {
+    /// Clips of one second.
+    Clips,
+    /// Single images as of training.
+    Stills(Condition),
+    /// A simulated RGB-D recording: its colour camera.
+    Recording,
+    /// The data set in a folder.
+    DataSet(PathBuf),
+}
+
+impl Source {
+    /// How many frames of a take lie between two that are measured, with the second of them.
+    pub fn measured_each(&self) -> usize {
+        match self {
+            Self::Clips | Self::Recording => MEASURED_EACH,
+            Self::Stills(_) | Self::DataSet(_) => 1,
+        }
+    }
+
+    /// Whether its takes are videos.
+    pub fn is_video(&self) -> bool {
+        matches!(self, Self::Clips | Self::Recording)
+    }
+
+    /// Calls `each` with takes, as many as hold `measured` frames to measure.
+    ///
+    /// # Errors
+    /// Those of `each`, of the renderer and of the data set's files; where hardly any image shows the template.
+    pub fn takes(
+        &self,
+        template: &Template,
+        seed: u64,
+        measured: usize,
+        mut each: impl FnMut(Take<'_>) -> Result<()>,
+    ) -> Result<()> {
+        let per_take = match self {
+            Self::Clips => CLIP_FRAMES,
+            Self::Recording => RecordingSimulator::FRAMES_PER_TAKE,
+            Self::Stills(condition) => {
+                let frames = Box::new(stills(template, *condition, seed, measured)?);
+                return each(Take {
+                    frames,
+                    video: None,
+                    scale: 1.0,
+                });
+            }
+            Self::DataSet(folder) => {
+                let set = DatasetFolder::open(folder)?;
+                let checked = set.description().check_template(template);
+                checked.with_context(|| folder.display().to_string())?;
+                let samples = set.samples(training_camera())?.map(|sample| Ok(sample?));
+                let frames = Box::new(shown(samples).take(measured));
+                return each(Take {
+                    frames,
+                    video: None,
+                    scale: 1.0,
+                });
+            }
+        };
+        let all = measured * MEASURED_EACH;
+        for (number, first) in (0..all).step_by(per_take).enumerate() {
+            let frames = 0..per_take.min(all - first);
+            match self {
+                Self::Recording => {
+                    let simulator = RecordingSimulator::new(template, false, seed)?;
+                    let take = simulator.take(number);
+                    each(Take {
+                        frames: Box::new(frames.map(|frame| Ok(take.frame(frame)?.truth))),
+                        video: Some(RecordingSimulator::FRAMES_PER_S),
+                        scale: simulator.print().scale,
+                    })?;
+                }
+                _ => {
+                    let config = SynthConfig::for_clip_stories(training_camera());
+                    let synthesizer = Synthesizer::new(template, config)?;
+                    let length = ClipLength {
+                        frames: CLIP_FRAMES,
+                        ..ClipLength::default()
+                    };
+                    let rate = length.frames_per_s;
+                    let story = ClipStory::new(&synthesizer, length, ClipEvent::Motion, seed + number as u64)?;
+                    each(Take {
+                        frames: Box::new(frames.map(|frame| Ok(story.render(frame)?))),
+                        video: Some(rate),
+                        scale: 1.0,
+                    })?;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The first `count` samples of `seed` that show the template, as the training camera sees them.
 ///
 /// # Errors
-/// Those of `each`, and where hardly any sample shows the template.
+/// Where the renderer refuses the template; an item where hardly any sample shows it.
 pub fn stills(
     template: &Template,
     condition: Condition,
     seed: u64,
-    frames: u64,
-    mut each: impl FnMut(&Sample) -> Result<()>,
-) -> Result<()> {
+    count: usize,
+) -> Result<impl Iterator<Item = Result<Sample>> + use<>> {
     let (mut config, camera) = (condition.config(), condition.camera());
     if let Some(camera) = &camera {
         config.camera = *camera;
     }
     let synthesizer = Synthesizer::new(template, config)?;
-    let mut shown = 0;
-    for index in 0.. {
-        if shown == frames {
-            break;
+    let template = template.clone();
+    let samples = (0..2 * count as u64 + 10).map(move |index| {
+        let sample = synthesizer.sample(seed, index);
+        match camera {
+            Some(_) => canonical(sample, &template),
+            None => Ok(sample),
         }
-        if index > 2 * frames + 10 {
-            bail!("hardly any sample shows the template");
-        }
-        let mut sample = synthesizer.sample(seed, index);
-        if camera.is_some() {
-            sample = canonical(sample, template)?;
-        }
-        if sample.has_template {
-            shown += 1;
-            each(&sample)?;
-        }
-    }
-    Ok(())
+    });
+    let too_few = std::iter::once_with(|| bail!("hardly any sample shows the template"));
+    Ok(shown(samples).chain(too_few).take(count))
+}
+
+/// The samples that show the template, and errors.
+fn shown(samples: impl Iterator<Item = Result<Sample>>) -> impl Iterator<Item = Result<Sample>> {
+    samples.filter(|sample| sample.as_ref().map_or(true, |sample| sample.has_template))
 }
 
 /// The sample as the training camera would have seen it.
@@ -120,19 +230,16 @@ mod tests {
     fn the_image_of_another_camera_shows_the_template_where_its_truth_says() {
         let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models/poster-a4/template");
         let template = deepsft_formats::read_template(&folder).unwrap();
-        let mut errors = Vec::new();
-        stills(&template, Condition::KinectV2, 1, 1, |sample| {
-            assert_eq!(sample.image.size(), training_camera().size());
-            let error = |truth: &Maps| photo_consistency_error(&sample.image, template.texture(), truth).unwrap();
-            let mut moved = sample.truth.clone();
-            for pixel in (0..moved.depth().len()).filter(|&pixel| sample.truth.inside(pixel)) {
-                let [u, v] = sample.truth.registration()[pixel];
-                moved.set(pixel, sample.truth.depth()[pixel], [(u + 0.05).min(1.0), v]);
-            }
-            errors.push([error(&sample.truth), error(&moved)]);
-            Ok(())
-        })
-        .unwrap();
-        assert!(errors.len() == 1 && errors[0][0] < 0.8 * errors[0][1], "{errors:?}");
+        let mut samples = stills(&template, Condition::KinectV2, 1, 1).unwrap();
+        let sample = samples.next().unwrap().unwrap();
+        assert!(samples.next().is_none() && sample.image.size() == training_camera().size());
+        let error = |truth: &Maps| photo_consistency_error(&sample.image, template.texture(), truth).unwrap();
+        let mut moved = sample.truth.clone();
+        for pixel in (0..moved.depth().len()).filter(|&pixel| sample.truth.inside(pixel)) {
+            let [u, v] = sample.truth.registration()[pixel];
+            moved.set(pixel, sample.truth.depth()[pixel], [(u + 0.05).min(1.0), v]);
+        }
+        let errors = [error(&sample.truth), error(&moved)];
+        assert!(errors[0] < 0.8 * errors[1], "{errors:?}");
     }
 }

@@ -16,10 +16,12 @@ mod methods;
 mod networks;
 mod ngo15;
 mod ours;
+mod paper;
 mod reduced;
 mod spline;
 mod stopwatch;
 mod table;
+mod tables;
 mod train;
 
 use anyhow::Result;
@@ -39,6 +41,8 @@ enum Command {
     Compare(compare::CompareArguments),
     /// Make frames for everybody's method, and score predictions on them.
     Benchmark(benchmark::BenchmarkArguments),
+    /// Print the tables of the paper with our rows in them.
+    Tables(tables::TablesArguments),
     /// Train a network of others on our synthetic samples.
     Train(train::TrainArguments),
 }
@@ -46,6 +50,7 @@ enum Command {
 fn main() -> Result<()> {
     match Arguments::parse().command {
         Command::Compare(arguments) => compare::run(&arguments),
+        Command::Tables(arguments) => tables::run(&arguments),
         Command::Benchmark(arguments) => benchmark::run(&arguments),
         Command::Train(arguments) => train::run(&arguments),
     }

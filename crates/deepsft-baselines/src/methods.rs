@@ -17,13 +17,16 @@ use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::raster::VisibleSurface;
 use deepsft_geometry::{Camera, Maps, Template};
 use deepsft_synth::Sample;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Matches that NGO15 is given: of some hundred nearly all of the clearest are right, and of the others few.
 const CLEAREST: usize = 120;
 
 /// Least depth of a vertex that can be drawn, mm.
 const NEAREST_MM: f64 = 1.0;
+
+/// Fraction by which a side may be longer on the surface than on its flattening.
+const LONGER: f64 = 0.03;
 
 /// A row of the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -54,14 +57,16 @@ pub enum Method {
     BtsFt,
     /// Ours without training: features and the fit of the mesh
     Features,
-    /// Ours: the network of --model
+    /// The same in a video: found once, then tracked
+    Tracked,
+    /// The networks of --model and --trained: ours, R50F, the paper's
     Network,
-    /// Ours: that network and the fit of the mesh
+    /// Those networks and the fit of the mesh
     NetworkFit,
 }
 
 impl Method {
-    /// The name of the row.
+    /// The name of the row, without that of its network.
     pub fn label(self) -> &'static str {
         match self {
             Self::Ch17Gtr => "CH17+GTR",
@@ -77,8 +82,9 @@ impl Method {
             Self::Bts => "BTS",
             Self::BtsFt => "BTS+FT",
             Self::Features => "ours, without training",
-            Self::Network => "ours, network",
-            Self::NetworkFit => "ours, network and fit",
+            Self::Tracked => "ours, without training, tracked",
+            Self::Network => "network",
+            Self::NetworkFit => "network and fit",
         }
     }
 
@@ -92,8 +98,8 @@ impl Method {
         }
     }
 
-    /// Whether it needs --model.
-    pub fn needs_model(self) -> bool {
+    /// Whether it has a row for each network.
+    pub fn is_network(self) -> bool {
         matches!(self, Self::Network | Self::NetworkFit)
     }
 
@@ -110,49 +116,88 @@ impl Method {
 
     /// Whether it needs the frames of a video.
     pub fn needs_video(self) -> bool {
-        matches!(self, Self::Ch17Dof | Self::Ch17rDof | Self::Dof)
+        matches!(self, Self::Ch17Dof | Self::Ch17rDof | Self::Dof | Self::Tracked)
     }
+}
+
+/// What the frames of a video so far say of the next one.
+#[derive(Debug, Default)]
+pub struct Followed {
+    /// The registration by optical flow; none in the first frame, and when the template was lost.
+    pub registration: Option<Maps>,
+    /// The maps of the tracked mesh, while it is found.
+    pub tracked: Option<Maps>,
+}
+
+/// The methods for flat sheets alone.
+#[derive(Debug)]
+struct SheetMethods {
+    ngo15: Ngo15,
+    matcher: FeatureFinder,
 }
 
 /// All methods, prepared for one template.
 #[derive(Debug)]
 pub struct Methods {
     template: Template,
-    ch17r: Ch17r,
-    ngo15: Ngo15,
-    matcher: FeatureFinder,
+    /// None where the texture is no flattening of the surface.
+    ch17r: Option<Ch17r>,
+    sheet: Option<SheetMethods>,
     features: TargetFinder,
-    network: Option<Network>,
+    networks: Vec<Network>,
     rivals: Vec<(Rival, RivalNetwork)>,
 }
 
 impl Methods {
-    /// Prepares them for `template`, a sheet, with the network in the folder `model` and those of others in `trained`.
+    /// Prepares them for `template` with the networks in the folders `models` and those that were trained into `trained`.
     ///
     /// # Errors
-    /// For a template that is no sheet; where the bundle or a trained network cannot be read.
-    pub fn new(template: &Template, model: Option<&Path>, trained: Option<&Path>) -> Result<Self> {
+    /// Where a bundle or a trained network cannot be read.
+    pub fn new(template: &Template, models: &[PathBuf], trained: Option<&Path>) -> Result<Self> {
         let mut rivals = Vec::new();
-        for rival in Rival::value_variants() {
+        for rival in Rival::value_variants().iter().filter(|_| template.is_sheet()) {
             let folder = trained.map(|folder| folder.join(rival.name()));
-            let read = |folder: std::path::PathBuf| read_checkpoint(&folder, template, &Device::flex());
+            let read = |folder: PathBuf| read_checkpoint(&folder, template, &Device::flex());
             if let Some((saved, network)) = folder.map(read).transpose()?.flatten() {
                 rivals.push((saved.state.method, network.valid()));
             }
         }
+        let sheet = || -> Result<_> {
+            Ok(SheetMethods {
+                ngo15: Ngo15::new(template)?,
+                matcher: FeatureFinder::new(template.clone())?,
+            })
+        };
+        let models = models.iter().cloned().chain(ours::bundles(trained)?);
         Ok(Self {
             rivals,
-            ch17r: Ch17r::new(template)?,
-            ngo15: Ngo15::new(template)?,
-            matcher: FeatureFinder::new(template.clone())?,
+            ch17r: is_flattened(template).then(|| Ch17r::new(template)).transpose()?,
+            sheet: template.is_sheet().then(sheet).transpose()?,
             features: ours::features(template)?,
-            network: model.map(|folder| Network::read(folder, template)).transpose()?,
+            networks: models
+                .map(|folder| Network::read(&folder, template))
+                .collect::<Result<_>>()?,
             template: template.clone(),
         })
     }
 
+    /// The names of the networks.
+    pub fn networks(&self) -> impl Iterator<Item = &str> {
+        self.networks.iter().map(|network| network.name.as_str())
+    }
+
     /// Why the row of `method` has to stay empty; `None` where it can run.
     pub fn missing(&self, method: Method) -> Option<String> {
+        let (can_run, for_what) = match method {
+            Method::Ch17Gtr | Method::Ch17rGtr | Method::Ch17Dof | Method::Ch17rDof => {
+                (self.ch17r.is_some(), "surfaces that can be flattened")
+            }
+            Method::Ngo15 | Method::HdmNet | Method::IsmoGan => (self.sheet.is_some(), "flat sheets"),
+            _ => (true, ""),
+        };
+        if !can_run {
+            return Some(format!("for {for_what} alone"));
+        }
         if matches!(method, Method::DenseDepth | Method::Bts) {
             return Some("no weights: its authors', of NYU Depth v2, are not read here".to_owned());
         }
@@ -161,21 +206,28 @@ impl Methods {
         (!is_trained).then(|| format!("no weights: `train {}`, then --trained", rival.name()))
     }
 
-    /// The depth and registration that `method` has of a frame, and `flow` is its registration by optical flow. `None` where it finds
-    /// nothing; errors of a method on its data count as that.
+    /// The depth and registration that `method`, by the network of that number, has of a frame of a video that was `followed` until it.
+    /// `None` where it finds nothing; errors of a method on its data count as that.
     ///
     /// # Errors
     /// Where the method lacks what it needs.
-    pub fn answer(&mut self, method: Method, sample: &Sample, flow: Option<&Maps>) -> Result<Option<Maps>> {
-        let (image, camera) = (&sample.image, &sample.camera);
+    pub fn answer(
+        &mut self,
+        method: Method,
+        network: usize,
+        sample: &Sample,
+        followed: &Followed,
+    ) -> Result<Option<Maps>> {
+        let (image, camera, flow) = (&sample.image, &sample.camera, followed.registration.as_ref());
         Ok(match method {
             Method::Ch17Gtr => self.closed_form(&sample.truth, camera),
             Method::Ch17rGtr => self.refined(&sample.truth, camera),
             Method::Ch17Dof => flow.and_then(|flow| self.closed_form(flow, camera)),
             Method::Ch17rDof => flow.and_then(|flow| self.refined(flow, camera)),
             Method::Ngo15 => {
-                let matches = self.matches(sample)?;
-                let vertices = self.ngo15.reconstruct(&matches, camera).ok();
+                let sheet = self.sheet.as_mut().context("it is for sheets")?;
+                let matches = sheet.matches(sample)?;
+                let vertices = sheet.ngo15.reconstruct(&matches, camera).ok();
                 vertices.map(|vertices| self.drawn(&vertices, camera))
             }
             Method::Dof => flow.cloned(),
@@ -195,11 +247,9 @@ impl Methods {
                 }
             }
             Method::Features => ours::fitted_maps(&mut self.features, image, camera)?,
-            Method::Network => self.network.as_ref().context("no --model")?.maps(image, camera)?,
-            Method::NetworkFit => {
-                let network = self.network.as_mut().context("no --model")?;
-                ours::fitted_maps(&mut network.with_fit, image, camera)?
-            }
+            Method::Tracked => followed.tracked.clone(),
+            Method::Network => self.networks[network].maps(image, camera)?,
+            Method::NetworkFit => ours::fitted_maps(&mut self.networks[network].with_fit, image, camera)?,
         })
     }
 
@@ -216,12 +266,20 @@ impl Methods {
 
     fn refined(&mut self, registration: &Maps, camera: &Camera) -> Option<Maps> {
         let (seen, surface) = self.surface(registration, camera)?;
+        let ch17r = self.ch17r.as_mut()?;
         let places = self.template.mesh().texture_coordinates().iter();
         let start: Vec<DVec3> = places.map(|uv| surface.point(*uv * self.template.size_mm())).collect();
-        let vertices = self.ch17r.refine(&seen, camera, &start).ok()?;
+        let vertices = ch17r.refine(&seen, camera, &start).ok()?;
         Some(self.drawn(&vertices, camera))
     }
 
+    /// The mesh as the camera sees it, with nothing before it.
+    fn drawn(&self, vertices: &[DVec3], camera: &Camera) -> Maps {
+        VisibleSurface::new(self.template.mesh(), vertices, camera).maps()
+    }
+}
+
+impl SheetMethods {
     /// The clearest matches of our features, without any consensus.
     fn matches(&self, sample: &Sample) -> Result<Vec<Correspondence>> {
         let (features, camera) = Features::of(&sample.image, &sample.camera)?;
@@ -237,9 +295,18 @@ impl Methods {
         let matches = self.matcher.matches(&features);
         Ok(matches.iter().take(CLEAREST).filter_map(correspondence).collect())
     }
+}
 
-    /// The mesh as the camera sees it, with nothing before it.
-    fn drawn(&self, vertices: &[DVec3], camera: &Camera) -> Maps {
-        VisibleSurface::new(self.template.mesh(), vertices, camera).maps()
-    }
+/// Whether lengths on the texture are those on the surface.
+fn is_flattened(template: &Template) -> bool {
+    let (mesh, size_mm) = (template.mesh(), template.size_mm());
+    let (points, places) = (mesh.vertices(), mesh.texture_coordinates());
+    let sides = mesh.faces().iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]);
+    let mut of_sides = sides.map(|(a, b)| {
+        (
+            points[a].distance(points[b]),
+            ((places[a] - places[b]) * size_mm).length(),
+        )
+    });
+    of_sides.all(|(length, flat)| (length - flat).abs() < LONGER * flat)
 }
