@@ -52,6 +52,16 @@ impl Surface {
         maps
     }
 
+    /// Depth and registration as [`Surface::maps`], in the image of `camera`, which stands where the surface's own does: the photograph's, with its
+    /// lens and all of its pixels.
+    pub fn maps_in(&self, camera: &Camera, template: &TriangleMesh) -> Maps {
+        let seen = Self {
+            camera: *camera,
+            ..self.clone()
+        };
+        seen.maps(template)
+    }
+
     /// Whether the image determines the shape, and not only that the object is found: it explains the print, and half of the vertices
     /// are surer than a hundredth of their distance. False where the deviations are not known.
     pub fn is_shape_determined(&self) -> bool {

@@ -8,7 +8,7 @@ use crate::output::flat::flat_files;
 use crate::output::{panels, sheet};
 use crate::{input, progress};
 use anyhow::{Context, Result};
-use clap::Args;
+use clap::{Args, ValueEnum};
 use deepsft::{DeviceKind, Estimate, FinderKind, Judgement, TargetFinder, encode_png};
 use deepsft_formats::{FolderKind, StagedFolder};
 use deepsft_geometry::{
@@ -54,7 +54,8 @@ The command writes for each image DIR/<name of the image>/ with
   report.json       whether the object was found, how sure that is, the cameras, the time of each stage
 
 Maps belong to the canonical 480 x 270 image; report.json has its camera, zoomed out for an object that is too near. Of an upright photograph
-all stand upright: 480 rows of 270. Without --camera the focal length is what a tilted or bent sheet tells, or else the
+all stand upright: 480 rows of 270. With --maps image they have a value for each pixel of the photograph as it is, lens included: the fitted
+mesh is drawn there, and the arrays have its rows and columns. Without --camera the focal length is what a tilted or bent sheet tells, or else the
 photograph's EXIF data, or else that of a typical phone: depths are wrong by the same fraction as it is. The line of each image says which. deepsft camera calibrate makes a camera file.
 
 Each image has one line. One that cannot be used does not stop the others; the exit code is 3 then.
@@ -94,6 +95,9 @@ pub struct ReconstructArguments {
     /// How to find the whole mesh [default: fit]
     #[arg(long, value_name = "HOW", value_enum)]
     mesh: Option<MeshChoice>,
+    /// Whose pixels the maps have
+    #[arg(long, value_name = "WHOSE", value_enum, default_value = "canonical")]
+    maps: MapsOf,
     /// Lay the photographed print flat too, so many pixels wide: flat.png
     #[arg(long, value_name = "PX", value_parser = clap::value_parser!(u16).range(16..=8192))]
     flat: Option<u16>,
@@ -106,6 +110,16 @@ pub struct ReconstructArguments {
     /// Images (PNG, JPEG, WebP, ...)
     #[arg(value_name = "IMAGE", required = true)]
     images: Vec<PathBuf>,
+}
+
+/// The image that maps belong to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "lowercase")]
+enum MapsOf {
+    /// The 480 x 270 pixels that finders see
+    Canonical,
+    /// Every pixel of the photograph
+    Image,
 }
 
 /// The content of `report.json`.
@@ -135,8 +149,10 @@ struct Report {
     photo_consistency_error: Option<f64>,
     /// The camera that the image was taken for.
     camera: CameraReport,
-    /// The camera of the maps.
+    /// The camera of the canonical image, which the maps belong to unless `maps` says `image`.
     canonical_camera: CameraReport,
+    /// `canonical`, or `image`: the maps belong to the photograph and `camera`.
+    maps: MapsOf,
     /// What the network ran on; null without one.
     device: Option<String>,
     stage_ms: BTreeMap<&'static str, f64>,
@@ -156,7 +172,13 @@ pub fn run(arguments: &ReconstructArguments) -> Result<()> {
     if mesh == MeshChoice::None && arguments.flat.is_some() {
         return Err(usage("--flat lays a mesh flat, and --mesh none asks for none"));
     }
+    if mesh == MeshChoice::None && arguments.maps == MapsOf::Image {
+        return Err(usage(
+            "--maps image draws a mesh in the photograph, and --mesh none asks for none",
+        ));
+    }
     let mut object = Object {
+        maps_of: arguments.maps,
         flat_width: arguments.flat.map(usize::from),
         unshaded: arguments.unshaded,
         recovery: match mesh {
@@ -212,6 +234,7 @@ struct Object {
     finder: TargetFinder,
     /// Without a fit: what to do with the network's maps, if anything.
     recovery: Option<Option<MeshRecovery>>,
+    maps_of: MapsOf,
     flat_width: Option<usize>,
     unshaded: bool,
     name: String,
@@ -265,11 +288,17 @@ impl Object {
                 .as_ref()
                 .map_or_else(|| CameraReport::new(&camera, source), CameraReport::told),
             canonical_camera: CameraReport::new(&estimate.canonical_camera, "model"),
+            maps: self.maps_of,
             device: self.device.clone(),
             stage_ms: stages.milliseconds,
             deepsft_version: env!("CARGO_PKG_VERSION"),
         };
         let mut files = self.files(&estimate, whole.as_ref())?;
+        if self.maps_of == MapsOf::Image {
+            // Of what was not found there is no mesh, and the maps are empty.
+            let drawn = surface.map(|surface| surface.maps_in(&camera, template.mesh()));
+            files.extend(map_files(&drawn.unwrap_or_else(|| Maps::empty(camera.size())))?);
+        }
         if let (Some(width), Some(surface)) = (self.flat_width, surface) {
             let flat = surface.flatten(template, (&image, &camera), width)?;
             files.extend(flat_files(&flat, self.unshaded.then(|| template.texture()))?);
@@ -292,7 +321,6 @@ impl Object {
         whole: Option<&(&Surface, TriangleMesh)>,
     ) -> Result<BTreeMap<String, Vec<u8>>> {
         let (maps, canonical) = (&estimate.maps, &estimate.canonical);
-        let columns = maps.size().width;
         let template = self.finder.target().template();
         let rows_of_panels = [
             sheet::Row {
@@ -318,15 +346,7 @@ impl Object {
         let rows_of_panels: Vec<_> = rows_of_panels.into_iter().chain(deviations).collect();
         let sheet = sheet::sheet(&rows_of_panels).context("a sheet has panels")?;
         let mesh = visible_surface(maps, &estimate.canonical_camera)?;
-        let registration = maps.registration().iter().flatten().copied();
-        let depth = maps.depth().iter().copied();
         let files = [
-            ("depth.npy", deepsft_formats::f32_npy(&[columns], depth)?),
-            (
-                "registration.npy",
-                deepsft_formats::f32_npy(&[columns, 2], registration)?,
-            ),
-            ("mask.npy", deepsft_formats::bool_npy(&[columns], maps.mask())?),
             ("sheet.png", encode_png(&sheet)?),
             ("mesh.glb", deepsft_formats::mesh_to_glb(&mesh, &self.texture_png, &[])),
         ];
@@ -334,9 +354,30 @@ impl Object {
             deepsft_formats::mesh_to_glb(mesh, &self.texture_png, &surface.deviations)
         };
         let whole = whole.map(|whole| ("whole-mesh.glb", glb(whole)));
-        let files = files.into_iter().chain(whole);
-        Ok(files.map(|(name, bytes)| (name.to_owned(), bytes)).collect())
+        let files = files
+            .into_iter()
+            .chain(whole)
+            .map(|(name, bytes)| (name.to_owned(), bytes));
+        Ok(files.chain(map_files(maps)?).collect())
     }
+}
+
+/// Maps as NumPy arrays, by file name.
+fn map_files(maps: &Maps) -> Result<[(String, Vec<u8>); 3]> {
+    let columns = maps.size().width;
+    let registration = maps.registration().iter().flatten().copied();
+    let files = [
+        (
+            "depth.npy",
+            deepsft_formats::f32_npy(&[columns], maps.depth().iter().copied())?,
+        ),
+        (
+            "registration.npy",
+            deepsft_formats::f32_npy(&[columns, 2], registration)?,
+        ),
+        ("mask.npy", deepsft_formats::bool_npy(&[columns], maps.mask())?),
+    ];
+    Ok(files.map(|(name, bytes)| (name.to_owned(), bytes)))
 }
 
 /// The object by its network's own maps, completed if that is asked for.

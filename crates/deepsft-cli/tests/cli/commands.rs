@@ -1,6 +1,6 @@
 //! The commands on good input: what they write, and that each reads what the one before it wrote.
 
-use crate::common::{art, deepsft, deepsft_without_reader, write_bundle, write_photograph, write_template};
+use crate::common::{art, deepsft, deepsft_without_reader, npy, write_bundle, write_photograph, write_template};
 use deepsft::encode_png;
 use deepsft_geometry::Picture;
 use serde_json::Value;
@@ -9,17 +9,6 @@ use std::path::Path;
 
 fn json(path: &Path) -> Value {
     serde_json::from_slice(&fs::read(path).unwrap()).unwrap()
-}
-
-/// The header of an `.npy` file and the bytes after it.
-fn npy(path: &Path) -> (String, Vec<u8>) {
-    let bytes = fs::read(path).unwrap();
-    assert_eq!(bytes[..8], *b"\x93NUMPY\x01\x00");
-    let end = 10 + usize::from(u16::from_le_bytes([bytes[8], bytes[9]]));
-    (
-        String::from_utf8(bytes[10..end].to_vec()).unwrap(),
-        bytes[end..].to_vec(),
-    )
 }
 
 #[test]

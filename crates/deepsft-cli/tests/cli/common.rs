@@ -140,3 +140,14 @@ pub fn write_photograph(folder: &Path, name: &str) {
     let picture = Picture::from_fn(640, 360, |x, y| [((x + y) % 200) as u8; 3]);
     fs::write(folder.join(name), encode_png(&picture).unwrap()).unwrap();
 }
+
+/// The header of an `.npy` file and the bytes after it.
+pub fn npy(path: &Path) -> (String, Vec<u8>) {
+    let bytes = fs::read(path).unwrap();
+    assert_eq!(bytes[..8], *b"\x93NUMPY\x01\x00");
+    let end = 10 + usize::from(u16::from_le_bytes([bytes[8], bytes[9]]));
+    (
+        String::from_utf8(bytes[10..end].to_vec()).unwrap(),
+        bytes[end..].to_vec(),
+    )
+}

@@ -1,6 +1,6 @@
-//! `deepsft reconstruct --flat`: the photographed print, laid flat.
+//! `deepsft reconstruct --flat` and `--maps image`: the photographed print, laid flat, and the maps of its pixels.
 
-use crate::common::deepsft;
+use crate::common::{deepsft, npy};
 use deepsft::decode_picture;
 use deepsft_geometry::Picture;
 use std::fs;
@@ -86,9 +86,41 @@ fn a_photographed_print_is_laid_flat() {
     let of_maps = ["--mesh", "none", "--flat", "300"];
     let model = ["--model", shipped];
     deepsft(folder.path(), &[&arguments[..], &model, &of_maps].concat()).fails(USAGE, &["--flat", "--mesh none"]);
+    let of_image = ["--maps", "image"];
+    deepsft(
+        folder.path(),
+        &[&arguments[..], &model, &of_image, &of_maps[..2]].concat(),
+    )
+    .fails(USAGE, &["--maps", "--mesh none"]);
     // Without it, what an earlier run has laid flat goes.
     deepsft(folder.path(), &[&arguments[..], &printed].concat()).succeeds();
     assert!(!results.join("flat.png").exists());
+
+    // The photograph's own pixels are half as large as the canonical ones: four around each corner of theirs.
+    let depths = |columns: &str| -> Vec<f32> {
+        let (header, bytes) = npy(&results.join("depth.npy"));
+        assert!(header.contains(columns), "{header}");
+        bytes
+            .as_chunks()
+            .0
+            .iter()
+            .map(|depth| f32::from_le_bytes(*depth))
+            .collect()
+    };
+    let canonical = depths("(270, 480)");
+    deepsft(folder.path(), &[&arguments[..], &printed, &of_image].concat()).succeeds();
+    let fine = depths("(540, 960)");
+    let mut compared = 0;
+    for (pixel, depth) in canonical.iter().enumerate().filter(|(_, depth)| **depth > 0.0) {
+        let first = 2 * (pixel / 480) * 960 + 2 * (pixel % 480);
+        let four = [0, 1, 960, 961].map(|step| fine[first + step]);
+        if four.iter().all(|depth| *depth > 0.0) {
+            let mean = four.iter().sum::<f32>() / 4.0;
+            assert!((mean - depth).abs() < 0.5, "{mean} and {depth}");
+            compared += 1;
+        }
+    }
+    assert!(compared > 10_000, "{compared}");
 }
 
 #[test]

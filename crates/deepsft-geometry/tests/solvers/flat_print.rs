@@ -1,6 +1,7 @@
 //! The photographed print, laid flat.
 
 use crate::sheet::{bent, folded, template};
+use deepsft_geometry::fitting::SurfaceLocator;
 use deepsft_geometry::glam::{DVec2, DVec3};
 use deepsft_geometry::raster::VisibleSurface;
 use deepsft_geometry::{
@@ -295,4 +296,26 @@ fn a_print_under_a_shadow_and_a_warm_lamp_loses_both_and_keeps_what_was_written_
         off < 1.0 && before > 50.0 && written < 40.0,
         "{before} -> {off} of 255, written {written}"
     );
+}
+
+#[test]
+fn maps_in_a_photograph_have_all_of_its_pixels_and_its_lens() {
+    let (template, camera) = (template(), camera());
+    let vertices = bent(&template, 0.0);
+    let mut surface = surface(vertices.clone());
+    let maps = surface.maps_in(&camera, template.mesh());
+    assert_eq!(maps.size(), camera.size());
+    let pixels = |maps: &Maps| (0..maps.depth().len()).filter(|&p| maps.inside(p)).collect::<Vec<_>>();
+    let seen = pixels(&maps);
+    assert!(seen.len() > 8 * pixels(&surface.maps(template.mesh())).len());
+    let locator = SurfaceLocator::new(template.mesh());
+    for pixel in seen.iter().copied().step_by(997) {
+        let centre = DVec2::new((pixel % 1440) as f64 + 0.5, (pixel / 1440) as f64 + 0.5);
+        let point = camera.unproject(centre, f64::from(maps.depth()[pixel]));
+        let place = locator.locate(maps.uv(pixel)).unwrap();
+        let of_mesh = place.position(template.mesh().faces(), &vertices);
+        assert!(point.distance(of_mesh) < 0.1, "{point} and {of_mesh}");
+    }
+    surface.is_hidden = vec![true; vertices.len()];
+    assert!(pixels(&surface.maps_in(&camera, template.mesh())).is_empty());
 }
