@@ -25,9 +25,11 @@ mod hamming;
 mod matching;
 mod pyramid;
 mod shape_solver;
+mod solid_grade;
 mod target;
 
 pub use features::Features;
 pub use finder::{FeatureFinder, FoundMesh};
 pub use grade::{GradeLevel, PictureGrade};
 pub use matching::Match;
+pub use solid_grade::SolidGrade;

@@ -1,6 +1,9 @@
 //! Prints on bent sheets in synthetic frames: any way up, half hidden, in bad light.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+#[path = "../../deepsft-geometry/tests/common/printed_box.rs"]
+mod printed_box;
+
 use deepsft_finding::{FeatureFinder, Features, GradeLevel, PictureGrade};
 use deepsft_geometry::fitting::{FrameFitter, Start};
 use deepsft_geometry::raster::VisibleSurface;
@@ -234,4 +237,26 @@ fn a_picture_of_a_hundred_megapixels_is_prepared_like_its_small_copy() {
         large.corners * 10 > small.corners * 9 && large.level == GradeLevel::Good,
         "{large:?}"
     );
+}
+
+#[test]
+fn a_solid_is_graded_side_by_side_and_a_blank_side_is_named() {
+    let (_, collage) = artwork(0, &mut generator(3, 0, Stream::Scene));
+    let (width, height) = (collage.width(), collage.height());
+    // The tile of the side that looks at the viewer.
+    let blank = Picture::from_fn(width, height, |x, y| match (3 * x / width, 2 * y / height) {
+        (1, 1) => [128; 3],
+        _ => collage.pixel(x, y),
+    });
+    let grade = |picture: Picture| {
+        let template = printed_box::printed_box(6, picture);
+        FeatureFinder::new(template).unwrap().grade_solid().unwrap()
+    };
+    let (whole, spoilt) = (grade(collage), grade(blank));
+    assert!(whole.sides[0].1 >= 0.75 && whole.level >= GradeLevel::Fair, "{whole:?}");
+    assert!(
+        spoilt.sides[0].1 < 0.5 && spoilt.sides[1..] == whole.sides[1..],
+        "{spoilt:?}"
+    );
+    assert!(spoilt.advice.unwrap().contains("from the front"));
 }

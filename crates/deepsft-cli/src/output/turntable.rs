@@ -1,8 +1,9 @@
-//! A template from several sides, for a look at whether it is right.
+//! A template from several sides, for a look at whether it is right and from where it is found without training.
 
 use super::canvas::Canvas;
 use super::lettering::{Align, Lettering};
 use anyhow::Result;
+use deepsft::features::{FeatureFinder, SolidGrade};
 use deepsft::{encode_png, template_to_files};
 use deepsft_geometry::glam::{DQuat, DVec2, DVec3};
 use deepsft_geometry::{Camera, Picture, Template};
@@ -22,8 +23,8 @@ const RADII: f64 = 4.0;
 /// Nothing nearer than this is drawn, mm, with room.
 const NEAR_MM: f64 = 60.0;
 
-/// `template` from the front, its left, the back, its right, above and below, under even light.
-pub fn turntable(template: &Template) -> Result<Picture> {
+/// `template` from the front, its left, the back, its right, above and below, under even light, and how it is found from there.
+pub fn turntable(template: &Template, grade: Option<&SolidGrade>) -> Result<Picture> {
     let radius = template.extent_mm().length() / 2.0;
     let distance = RADII * radius + NEAR_MM;
     let side = SIDE as f64;
@@ -50,6 +51,11 @@ pub fn turntable(template: &Template) -> Result<Picture> {
         canvas.draw(&view.image, left, top);
         let corner = (left as f64 + 12.0, top as f64 + 18.0);
         canvas.write(name, corner, Align::Left, Lettering::semibold(16.0, [255; 3]));
+        if let Some(grade) = grade {
+            let found = format!("found in {:.0} % of views", 100.0 * grade.sides[number].1);
+            let below = (corner.0, corner.1 + 20.0);
+            canvas.write(&found, below, Align::Left, Lettering::semibold(14.0, [180; 3]));
+        }
     }
     Ok(canvas.into_picture())
 }
@@ -57,7 +63,14 @@ pub fn turntable(template: &Template) -> Result<Picture> {
 /// Writes a template that is no sheet into the folder `out`, with a picture of it from several sides.
 pub fn write_template(out: &Path, template: &Template) -> Result<()> {
     let mut files = template_to_files(template)?;
-    files.insert(TURNTABLE_FILE.to_owned(), encode_png(&turntable(template)?)?);
+    // A solid of a size that no object has is not looked for.
+    let grade = FeatureFinder::new(template.clone())
+        .and_then(|mut finder| finder.grade_solid())
+        .ok();
+    files.insert(
+        TURNTABLE_FILE.to_owned(),
+        encode_png(&turntable(template, grade.as_ref())?)?,
+    );
     deepsft_formats::write_folder(out, &deepsft_formats::FolderKind::TEMPLATE, &files)?;
     let [x, y, z] = template.extent_mm().into();
     let (faces, texels) = (template.mesh().faces().len(), template.texture().size());
@@ -65,6 +78,19 @@ pub fn write_template(out: &Path, template: &Template) -> Result<()> {
         "template of {x:.1} x {y:.1} x {z:.1} mm with {faces} faces and {texels} texels: {}",
         out.display()
     );
+    if let Some(grade) = grade {
+        let sides = grade
+            .sides
+            .map(|(name, found)| format!("{name} {:.0} %", 100.0 * found));
+        println!(
+            "found without training, by drawn views: {}: {}",
+            grade.level.name(),
+            sides.join(", ")
+        );
+        if let Some(advice) = grade.advice {
+            println!("{advice}");
+        }
+    }
     println!("look at it: {}", out.join(TURNTABLE_FILE).display());
     Ok(())
 }

@@ -28,7 +28,7 @@ fn each_side_of_a_cube_is_in_its_view() {
     ];
     let texture = Picture::from_fn(60, 10, |x, _| colors[x / 10]);
     let template = Template::of_mesh(TriangleMesh::new(vertices, uv, faces).unwrap(), texture).unwrap();
-    let picture = turntable(&template).unwrap();
+    let picture = turntable(&template, None).unwrap();
     let side = picture.width() / 3;
     for (k, color) in colors.into_iter().enumerate() {
         let seen = picture.pixel(k % 3 * side + side / 2, k / 3 * side + side / 2);
