@@ -17,6 +17,7 @@ mod networks;
 mod ngo15;
 mod ours;
 mod reduced;
+mod robusft;
 mod spline;
 mod stopwatch;
 mod table;
