@@ -35,6 +35,7 @@ Methods:
   ch17-dof, ch17r-dof   the same, from the registration of dense optical flow (Brox et al. 2004), frame to frame
   dof         that registration itself
   ngo15       Ngo, Ostlund, Fua 2015: Laplacian mesh from matches of our features
+  robusft     Shetab-Bushehri et al. 2023: particles on the sightlines of such matches; in clips from the last measured shape
   features    ours, without training
   hdm-net, ismo-gan      Golyanik et al. 2018, Shimada et al. 2019: the grid of a sheet by a network, trained by `train`
   dense-depth, bts       Alhashim and Wonka 2018, Lee et al. 2019: depth of any scene, with their authors' weights; those are not read here, the rows stay empty
@@ -163,7 +164,10 @@ pub fn run(arguments: &CompareArguments) -> Result<()> {
     };
     if arguments.stills {
         let (template, condition) = (comparison.template.clone(), arguments.condition);
-        let each = |sample: &Sample| comparison.measure(sample, &Followed::default());
+        let each = |sample: &Sample| {
+            comparison.runner.begin_clip();
+            comparison.measure(sample, &Followed::default())
+        };
         stills(&template, condition, arguments.seed, arguments.frames, each)?;
     } else {
         comparison.clips(arguments.frames as usize, arguments.seed)?;
@@ -235,6 +239,7 @@ impl Comparison {
         for clip in 0.. {
             let story = ClipStory::new(&synthesizer, length.clone(), ClipEvent::Motion, seed + clip)?;
             let mut flow = Followed::default();
+            self.runner.begin_clip();
             for frame in 0..CLIP_FRAMES {
                 if self.measured == frames {
                     return Ok(());

@@ -6,6 +6,7 @@ use crate::frame::{Correspondence, correspondences};
 use crate::networks::{Rival, RivalNetwork, Said, read_checkpoint};
 use crate::ngo15::Ngo15;
 use crate::ours::{self, Network};
+use crate::robusft::Robusft;
 use crate::table::Measured;
 use anyhow::{Context, Result};
 use burn::module::Module;
@@ -19,8 +20,9 @@ use deepsft_geometry::{Camera, Maps, Template};
 use deepsft_synth::Sample;
 use std::path::Path;
 
-/// Matches that NGO15 is given: of some hundred nearly all of the clearest are right, and of the others few.
-const CLEAREST: usize = 120;
+/// Matches that NGO15 and ROBUSfT are given: of a thousand nearly all of the clearest are right, and of the others few.
+const NGO15_MATCHES: usize = 120;
+const ROBUSFT_MATCHES: usize = 300;
 
 /// Least depth of a vertex that can be drawn, mm.
 const NEAREST_MM: f64 = 1.0;
@@ -40,6 +42,8 @@ pub enum Method {
     Dof,
     /// Laplacian mesh from sparse matches
     Ngo15,
+    /// Particles between the sightlines of sparse matches and edge lengths, from the last shape
+    Robusft,
     /// HDM-Net of --trained
     HdmNet,
     /// IsMo-GAN of --trained
@@ -70,6 +74,7 @@ impl Method {
             Self::Ch17rDof => "CH17R+DOF",
             Self::Dof => "DOF",
             Self::Ngo15 => "NGO15",
+            Self::Robusft => "ROBUSfT-like",
             Self::HdmNet => "HDM-Net",
             Self::IsmoGan => "IsMo-GAN",
             Self::DenseDepth => "DenseDepth",
@@ -120,6 +125,7 @@ pub struct Methods {
     template: Template,
     ch17r: Ch17r,
     ngo15: Ngo15,
+    robusft: Robusft,
     matcher: FeatureFinder,
     features: TargetFinder,
     network: Option<Network>,
@@ -144,11 +150,17 @@ impl Methods {
             rivals,
             ch17r: Ch17r::new(template)?,
             ngo15: Ngo15::new(template)?,
+            robusft: Robusft::new(template)?,
             matcher: FeatureFinder::new(template.clone())?,
             features: ours::features(template)?,
             network: model.map(|folder| Network::read(folder, template)).transpose()?,
             template: template.clone(),
         })
+    }
+
+    /// Forgets the last frame: the next one is the first of a clip, or an image of its own.
+    pub fn begin_clip(&mut self) {
+        self.robusft.forget();
     }
 
     /// Why the row of `method` has to stay empty; `None` where it can run.
@@ -174,8 +186,13 @@ impl Methods {
             Method::Ch17Dof => flow.and_then(|flow| self.closed_form(flow, camera)),
             Method::Ch17rDof => flow.and_then(|flow| self.refined(flow, camera)),
             Method::Ngo15 => {
-                let matches = self.matches(sample)?;
+                let matches = self.matches(sample, NGO15_MATCHES)?;
                 let vertices = self.ngo15.reconstruct(&matches, camera).ok();
+                vertices.map(|vertices| self.drawn(&vertices, camera))
+            }
+            Method::Robusft => {
+                let matches = self.matches(sample, ROBUSFT_MATCHES)?;
+                let vertices = self.robusft.reconstruct(&matches, camera).ok();
                 vertices.map(|vertices| self.drawn(&vertices, camera))
             }
             Method::Dof => flow.cloned(),
@@ -222,8 +239,8 @@ impl Methods {
         Some(self.drawn(&vertices, camera))
     }
 
-    /// The clearest matches of our features, without any consensus.
-    fn matches(&self, sample: &Sample) -> Result<Vec<Correspondence>> {
+    /// The clearest matches of our features, `most` of them, without any consensus.
+    fn matches(&self, sample: &Sample, most: usize) -> Result<Vec<Correspondence>> {
         let (features, camera) = Features::of(&sample.image, &sample.camera)?;
         let correspondence = |m: &deepsft::features::Match| {
             let ray = camera.ray_from_pixel(m.pixel.as_dvec2());
@@ -235,7 +252,7 @@ impl Methods {
             })
         };
         let matches = self.matcher.matches(&features);
-        Ok(matches.iter().take(CLEAREST).filter_map(correspondence).collect())
+        Ok(matches.iter().take(most).filter_map(correspondence).collect())
     }
 
     /// The mesh as the camera sees it, with nothing before it.
