@@ -168,7 +168,7 @@ fn seen_places(seen: &[Correspondence], size_mm: DVec2) -> Vec<DVec2> {
 }
 
 /// The middle value; 0 of none.
-fn median(mut values: Vec<f64>) -> f64 {
+pub fn median(mut values: Vec<f64>) -> f64 {
     values.sort_unstable_by(f64::total_cmp);
     values.get(values.len() / 2).copied().unwrap_or(0.0)
 }

@@ -34,6 +34,7 @@ Methods:
   ch17-dof, ch17r-dof   the same, from the registration of dense optical flow (Brox et al. 2004), frame to frame
   dof         that registration itself
   ngo15       Ngo, Ostlund, Fua 2015: Laplacian mesh from matches of our features
+  robusft     Shetab-Bushehri et al. 2023: particles on the sightlines of such matches; in videos from the last measured shape
   features    ours, without training
   tracked     the same in a video: found once, then tracked
   hdm-net, ismo-gan      Golyanik et al. 2018, Shimada et al. 2019: the grid of a sheet by a network, trained by `train`
@@ -272,6 +273,7 @@ impl Work<'_> {
         };
         let (mut dof, mut finder) = (None, ours::features(&self.template)?);
         let mut follower = with_tracker.then(|| Follower::new(&mut finder)).transpose()?;
+        self.runner.begin_take();
         for (number, sample) in take.frames.enumerate() {
             let is_measured = number % each == each - 1;
             if !is_measured && !with_flow && !with_tracker {
@@ -292,6 +294,9 @@ impl Work<'_> {
                 followed.tracked = follower.follow(number as f64 / rate, &sample, self.template.mesh())?;
             }
             let tracker_s = began.seconds();
+            if take.video.is_none() {
+                self.runner.begin_take();
+            }
             if is_measured && sample.has_template {
                 self.measure(&sample, &followed, [flow_s, tracker_s], take.scale)?;
             }

@@ -18,6 +18,7 @@ mod ngo15;
 mod ours;
 mod paper;
 mod reduced;
+mod robusft;
 mod spline;
 mod stopwatch;
 mod table;

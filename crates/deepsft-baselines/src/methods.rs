@@ -6,6 +6,7 @@ use crate::frame::{Correspondence, correspondences};
 use crate::networks::{Rival, RivalNetwork, Said, read_checkpoint};
 use crate::ngo15::Ngo15;
 use crate::ours::{self, Network};
+use crate::robusft::Robusft;
 use crate::table::Measured;
 use anyhow::{Context, Result};
 use burn::module::Module;
@@ -19,8 +20,9 @@ use deepsft_geometry::{Camera, Maps, Template};
 use deepsft_synth::Sample;
 use std::path::{Path, PathBuf};
 
-/// Matches that NGO15 is given: of some hundred nearly all of the clearest are right, and of the others few.
-const CLEAREST: usize = 120;
+/// Matches that NGO15 and ROBUSfT are given: of a thousand nearly all of the clearest are right, and of the others few.
+const NGO15_MATCHES: usize = 120;
+const ROBUSFT_MATCHES: usize = 300;
 
 /// Least depth of a vertex that can be drawn, mm.
 const NEAREST_MM: f64 = 1.0;
@@ -43,6 +45,8 @@ pub enum Method {
     Dof,
     /// Laplacian mesh from sparse matches
     Ngo15,
+    /// Particles between the sightlines of sparse matches and edge lengths, from the last shape
+    Robusft,
     /// HDM-Net of --trained
     HdmNet,
     /// IsMo-GAN of --trained
@@ -75,6 +79,7 @@ impl Method {
             Self::Ch17rDof => "CH17R+DOF",
             Self::Dof => "DOF",
             Self::Ngo15 => "NGO15",
+            Self::Robusft => "ROBUSfT-like",
             Self::HdmNet => "HDM-Net",
             Self::IsmoGan => "IsMo-GAN",
             Self::DenseDepth => "DenseDepth",
@@ -133,6 +138,7 @@ pub struct Followed {
 #[derive(Debug)]
 struct SheetMethods {
     ngo15: Ngo15,
+    robusft: Robusft,
     matcher: FeatureFinder,
 }
 
@@ -165,6 +171,7 @@ impl Methods {
         let sheet = || -> Result<_> {
             Ok(SheetMethods {
                 ngo15: Ngo15::new(template)?,
+                robusft: Robusft::new(template)?,
                 matcher: FeatureFinder::new(template.clone())?,
             })
         };
@@ -181,6 +188,13 @@ impl Methods {
         })
     }
 
+    /// Forgets the last frame: the next one is the first of a video, or an image of its own.
+    pub fn begin_take(&mut self) {
+        if let Some(sheet) = &mut self.sheet {
+            sheet.robusft.forget();
+        }
+    }
+
     /// The names of the networks.
     pub fn networks(&self) -> impl Iterator<Item = &str> {
         self.networks.iter().map(|network| network.name.as_str())
@@ -192,7 +206,7 @@ impl Methods {
             Method::Ch17Gtr | Method::Ch17rGtr | Method::Ch17Dof | Method::Ch17rDof => {
                 (self.ch17r.is_some(), "surfaces that can be flattened")
             }
-            Method::Ngo15 | Method::HdmNet | Method::IsmoGan => (self.sheet.is_some(), "flat sheets"),
+            Method::Ngo15 | Method::Robusft | Method::HdmNet | Method::IsmoGan => (self.sheet.is_some(), "flat sheets"),
             _ => (true, ""),
         };
         if !can_run {
@@ -226,8 +240,14 @@ impl Methods {
             Method::Ch17rDof => flow.and_then(|flow| self.refined(flow, camera)),
             Method::Ngo15 => {
                 let sheet = self.sheet.as_mut().context("it is for sheets")?;
-                let matches = sheet.matches(sample)?;
+                let matches = sheet.matches(sample, NGO15_MATCHES)?;
                 let vertices = sheet.ngo15.reconstruct(&matches, camera).ok();
+                vertices.map(|vertices| self.drawn(&vertices, camera))
+            }
+            Method::Robusft => {
+                let sheet = self.sheet.as_mut().context("it is for sheets")?;
+                let matches = sheet.matches(sample, ROBUSFT_MATCHES)?;
+                let vertices = sheet.robusft.reconstruct(&matches, camera).ok();
                 vertices.map(|vertices| self.drawn(&vertices, camera))
             }
             Method::Dof => flow.cloned(),
@@ -280,8 +300,8 @@ impl Methods {
 }
 
 impl SheetMethods {
-    /// The clearest matches of our features, without any consensus.
-    fn matches(&self, sample: &Sample) -> Result<Vec<Correspondence>> {
+    /// The clearest matches of our features, `most` of them, without any consensus.
+    fn matches(&self, sample: &Sample, most: usize) -> Result<Vec<Correspondence>> {
         let (features, camera) = Features::of(&sample.image, &sample.camera)?;
         let correspondence = |m: &deepsft::features::Match| {
             let ray = camera.ray_from_pixel(m.pixel.as_dvec2());
@@ -293,7 +313,7 @@ impl SheetMethods {
             })
         };
         let matches = self.matcher.matches(&features);
-        Ok(matches.iter().take(CLEAREST).filter_map(correspondence).collect())
+        Ok(matches.iter().take(most).filter_map(correspondence).collect())
     }
 }
 
