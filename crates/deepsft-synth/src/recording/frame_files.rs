@@ -17,7 +17,7 @@ const MAX_SECONDS: f64 = 1e11;
 /// How files are known to belong to one frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FramePairing {
-    /// The last number in their names is the same.
+    /// The last number in their names, or in what `*` stands for, is the same.
     Number,
     /// They have the same place in their folders, sorted by name with numbers by value.
     Order,
@@ -138,11 +138,19 @@ impl FrameFiles<'_> {
         names.retain(is_one);
         names.sort_by(|a, b| alphanumeric_sort::compare_str(a, b));
         let times = listed_times(folder).filter(|_| pairing == FramePairing::Time);
+        let varying = |name: &String| match before.len() + after.len() {
+            0 => Path::new(name)
+                .file_stem()
+                .unwrap_or_default()
+                .to_string_lossy()
+                .into_owned(),
+            _ => name[before.len()..name.len() - after.len()].to_owned(),
+        };
         let key = |(place, name): (usize, &String)| match (pairing, &times) {
             (FramePairing::Order, _) => Some(place as f64),
-            (FramePairing::Number, _) => last_number(name, false),
+            (FramePairing::Number, _) => last_number(&varying(name), false),
             (FramePairing::Time, Some(times)) => times.get(name).copied(),
-            (FramePairing::Time, None) => last_number(name, true),
+            (FramePairing::Time, None) => last_number(&varying(name), true),
         };
         let keys: Vec<_> = names.iter().enumerate().map(key).collect();
         let path = |name| folder.join(name);
@@ -185,11 +193,10 @@ fn listed_times(folder: &Path) -> Option<HashMap<String, f64>> {
     (!times.is_empty()).then_some(times)
 }
 
-/// The last number in a file's name without its ending; a `decimal` one is a time in seconds.
-fn last_number(name: &str, decimal: bool) -> Option<f64> {
-    let stem = Path::new(name).file_stem()?.to_str()?;
-    let stem = stem.trim_end_matches(|c: char| !c.is_ascii_digit());
-    let digits = stem
+/// The last number in what differs in the names; a `decimal` one is a time in seconds.
+fn last_number(varying: &str, decimal: bool) -> Option<f64> {
+    let varying = varying.trim_end_matches(|c: char| !c.is_ascii_digit());
+    let digits = varying
         .rsplit(|c: char| !(c.is_ascii_digit() || decimal && c == '.'))
         .next()?;
     let number = digits.trim_start_matches('.').parse().ok()?;
@@ -210,23 +217,20 @@ mod tests {
     #[test]
     fn names_tell_numbers_and_times() {
         for (name, number, time) in [
-            ("frame-000012.color.png", Some(12.0), Some(12.0)),
-            ("1305031102.175304.png", Some(175_304.0), Some(1_305_031_102.175_304)),
+            ("frame-000012.color", Some(12.0), Some(12.0)),
+            ("1305031102.175304", Some(175_304.0), Some(1_305_031_102.175_304)),
             (
-                "1403636579763555584.png",
-                Some(1_403_636_579_763_555_584.0),
-                Some(1_403_636_579.763_555_6),
+                "1403636579763555",
+                Some(1_403_636_579_763_555.0),
+                Some(1_403_636_579.763_555),
             ),
-            ("a_Color_1541684221187.25.png", Some(25.0), Some(1_541_684_221.187_25)),
-            ("k2/7_mask.png", Some(7.0), Some(7.0)),
-            ("picture.png", None, None),
-            ("1.2.3.png", Some(3.0), None),
+            ("a_Color_1541684221187.25", Some(25.0), Some(1_541_684_221.187_25)),
+            ("7_mask", Some(7.0), Some(7.0)),
+            ("picture", None, None),
+            ("1.2.3", Some(3.0), None),
         ] {
-            assert_eq!(
-                [last_number(name, false), last_number(name, true)],
-                [number, time],
-                "{name}"
-            );
+            let told = [last_number(name, false), last_number(name, true)];
+            assert_eq!(told, [number, time], "{name}");
         }
     }
 }

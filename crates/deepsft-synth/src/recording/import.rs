@@ -2,10 +2,11 @@
 
 use super::frame_files::{FrameFiles, FramePairing, MatchedFiles, matched, read};
 use super::pairing::{DEPTH_FOLDER, MASK_FOLDER, RGB_FOLDER};
-use super::reader::MASK_THRESHOLD;
 use super::sensor::RgbdSensor;
 use super::truth_files::{TRUTH, is_truth, read_truth};
-use crate::camera_images::{decode_depth, decode_picture_of_camera, encode_depth_png, encode_mask_png};
+use crate::camera_images::{
+    decode_depth, decode_of_camera, decode_picture_of_camera, encode_depth_png, encode_mask_png,
+};
 use crate::canonical_truth::canonical_truth;
 use crate::clip::TRUTH_FOLDER;
 use crate::dataset::write_dataset;
@@ -13,10 +14,8 @@ use crate::error::SynthError;
 use crate::in_order::in_order;
 use crate::sample::Sample;
 use deepsft_formats::{CAMERA_FILE, FolderKind, FormatError, StagedFolder, encode_png, is_picture};
-use deepsft_geometry::fitting::SurfaceLocator;
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::raster::VisibleSurface;
-use deepsft_geometry::solver::SurfacePoint;
 use deepsft_geometry::{CanonicalWarp, Picture, Template, training_camera};
 use image::ImageFormat;
 use serde_json::json;
@@ -53,7 +52,7 @@ pub struct RecordingSource {
     pub color: PathBuf,
     /// Depth pictures, 16-bit grey, in the colour camera's image.
     pub depth: PathBuf,
-    /// Masks of the object in the colour camera's image, 128 and above is the object.
+    /// Masks of the object in the colour camera's image: what is brighter than half of the brightest pixel.
     pub masks: Option<PathBuf>,
     /// The true surfaces.
     pub truth: Option<TruthSource>,
@@ -173,9 +172,8 @@ impl RecordingImport {
         } = &self.source;
         let camera = &sensor.color;
         let sources = &self.files.frames[index];
-        let of_camera = |bytes: &[u8]| decode_picture_of_camera(bytes, camera);
         let (picture, color) = read("colour picture", &sources[0], |bytes| {
-            let picture = of_camera(bytes)?;
+            let picture = decode_picture_of_camera(bytes, camera)?;
             Ok::<_, FormatError>(match image::guess_format(bytes) {
                 Ok(ImageFormat::Jpeg) => (picture, (format!("{RGB_FOLDER}/{index:06}.jpg"), bytes.to_vec())),
                 _ => {
@@ -194,12 +192,10 @@ impl RecordingImport {
         ];
         let mut mask = None;
         if masks.is_some() {
-            let picture = read("mask", &sources[2], of_camera)?;
-            let inside: Vec<bool> = picture
-                .rgb()
-                .chunks_exact(3)
-                .map(|pixel| pixel[0] >= MASK_THRESHOLD)
-                .collect();
+            let grey = read("mask", &sources[2], |bytes| decode_of_camera(bytes, camera))?.into_luma16();
+            // Masks have 255, 65535 or 1 on the object.
+            let most = grey.pixels().map(|pixel| pixel.0[0]).max().unwrap_or(0);
+            let inside: Vec<bool> = grey.pixels().map(|pixel| pixel.0[0] > most / 2).collect();
             files.push((
                 format!("{MASK_FOLDER}/{index:06}.png"),
                 encode_mask_png(&inside, camera)?,
@@ -221,17 +217,13 @@ impl RecordingImport {
         mask: Option<&[bool]>,
     ) -> Result<Sample, SynthError> {
         let surface = read_truth(file, &truth.template, truth.mm_per_unit)?;
-        let (mesh, sensor) = (truth.template.mesh(), &self.source.sensor);
-        let locator = SurfaceLocator::new(mesh);
+        let (mesh, sensor) = (&surface.told, &self.source.sensor);
         let mut maps = VisibleSurface::new(mesh, &surface.vertices_camera, &sensor.color).maps();
         for pixel in 0..depth.len() {
-            let uv = maps.uv(pixel);
             let measured_mm = 1000.0 * f64::from(depth[pixel]) / sensor.depth_scale;
             let is_hidden = measured_mm > 0.0 && measured_mm < (1.0 - HIDES) * f64::from(maps.depth()[pixel]);
-            let tells = |point: SurfacePoint| surface.tells(mesh.faces()[point.face], uv * truth.template.size_mm());
-            if maps.inside(pixel)
-                && (is_hidden || mask.is_some_and(|mask| !mask[pixel]) || !locator.locate(uv).is_some_and(tells))
-            {
+            let is_outside = is_hidden || mask.is_some_and(|mask| !mask[pixel]);
+            if maps.inside(pixel) && (is_outside || !surface.tells(maps.uv(pixel) * truth.template.size_mm())) {
                 maps.clear(pixel);
             }
         }

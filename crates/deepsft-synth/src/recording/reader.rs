@@ -11,7 +11,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Least value of a mask's pixel that counts as the object.
-pub(super) const MASK_THRESHOLD: u8 = 128;
+const MASK_THRESHOLD: u8 = 128;
 
 /// A recording in a folder, in the layout of TUM and Open3D.
 ///

@@ -35,17 +35,16 @@ const ROUNDING: f64 = 1e-4;
 pub(super) struct TrueSurface {
     /// Of the template's mesh, mm.
     pub(super) vertices_camera: Vec<DVec3>,
-    /// Whether the file tells a vertex; the others are recovered by ARAP.
-    is_told: Vec<bool>,
+    /// The template's mesh with the faces whose vertices the file tells; the other vertices are recovered by ARAP.
+    pub(super) told: TriangleMesh,
     /// The points that tell them, if points do.
     cloud: Option<Cloud>,
 }
 
 impl TrueSurface {
-    /// Whether the file tells the surface at a place of a face of the template, mm.
-    pub(super) fn tells(&self, face: [usize; 3], place: DVec2) -> bool {
-        let is_near = |cloud: &Cloud| points_around(cloud, place).is_some();
-        face.iter().all(|&vertex| self.is_told[vertex]) && self.cloud.as_ref().is_none_or(is_near)
+    /// Whether the file tells the surface at a place of these faces, mm in the texture.
+    pub(super) fn tells(&self, place: DVec2) -> bool {
+        (self.cloud.as_ref()).is_none_or(|cloud| points_around(cloud, place).is_some())
     }
 }
 
@@ -70,12 +69,21 @@ pub(super) fn read_truth(path: &Path, template: &Template, mm_per_unit: f64) -> 
             Some("npy") => of_rows(&rows_from_npy(bytes).map_err(text)?, template, mm_per_unit)?,
             _ => of_rows(&text_rows(bytes)?, template, mm_per_unit)?,
         };
-        check(&told, template.mesh())?;
-        Ok::<_, String>(TrueSurface {
-            is_told: told.iter().map(Option::is_some).collect(),
-            vertices_camera: completed(&told, template.mesh()).map_err(|error| error.to_string())?,
-            cloud,
-        })
+        let mesh = template.mesh();
+        check(&told, mesh)?;
+        let (vertices, uvs) = (mesh.vertices().to_vec(), mesh.texture_coordinates().to_vec());
+        let faces = mesh
+            .faces()
+            .iter()
+            .filter(|face| face.iter().all(|&vertex| told[vertex].is_some()));
+        let surface = || -> Result<TrueSurface, GeometryError> {
+            Ok(TrueSurface {
+                vertices_camera: completed(&told, mesh)?,
+                told: TriangleMesh::new(vertices, uvs, faces.copied().collect())?,
+                cloud,
+            })
+        };
+        surface().map_err(|error| error.to_string())
     })
 }
 
