@@ -73,6 +73,7 @@ fn rows_come_back_in_both_orders() {
 #[test]
 fn what_is_no_array_of_rows_is_refused() {
     let whole = f64_npy("False", "(1, 2)", &[1.0, 2.0]);
+    assert!((0..whole.len()).all(|end| rows_from_npy(&whole[..end]).is_err()));
     for (bytes, reason) in [
         (b"1 2 3".to_vec(), "no .npy file"),
         (whole[..whole.len() - 1].to_vec(), "cut short"),

@@ -168,7 +168,7 @@ impl FrameFiles<'_> {
                     "{a} and {b} have one number: pair them by another, or name one kind with *"
                 )))
             }
-            _ if files.is_empty() => Err(self.refused("there is none of them in it")),
+            _ if files.is_empty() => Err(self.refused("there is none of them in it: check the path")),
             _ => Ok(files),
         }
     }

@@ -102,9 +102,9 @@ fn imported_truths(folder: &Path) -> Vec<(Maps, &'static Maps)> {
     samples.into_iter().map(|sample| sample.truth).zip(exact).collect()
 }
 
-/// Checks that depth is within 0.1 mm and registration within 0.05 px (of one pixel in a thousand within twice that), and which fraction of the
-/// exact truth is missing, and at most too much. Data sets round depth by up to 0.05 mm.
-fn check_truths(folder: &Path, missing: RangeInclusive<f64>, extra: f64) {
+/// Checks that depth is within a limit and registration within half as many pixels (of one pixel in a thousand within twice that), and which
+/// fraction of the exact truth is missing, and at most too much. Data sets round depth by up to 0.05 mm.
+fn check_truths(folder: &Path, limit_mm: f64, missing: RangeInclusive<f64>, extra: f64) {
     for (imported, exact) in imported_truths(folder) {
         let (mut away_mm, mut shifts_px) = (Vec::new(), Vec::new());
         for p in (0..exact.depth().len()).filter(|&p| exact.inside(p) && imported.inside(p)) {
@@ -114,7 +114,7 @@ fn check_truths(folder: &Path, missing: RangeInclusive<f64>, extra: f64) {
             let shift_px = shift_mm * training_camera().focal().x / depth;
             shifts_px.push(shift_px);
         }
-        for (figures, limit) in [(&mut away_mm, 0.1), (&mut shifts_px, 0.05)] {
+        for (figures, limit) in [(&mut away_mm, limit_mm), (&mut shifts_px, 0.5 * limit_mm)] {
             figures.sort_by(f64::total_cmp);
             let (most, worst) = (figures[figures.len() * 999 / 1000], figures[figures.len() - 1]);
             assert!(
@@ -149,6 +149,13 @@ fn tum_frames_are_paired_by_time_and_those_without_a_partner_are_named() {
         let bytes = depth_png(&RECORDED.1[index], 5000.0, 0.0);
         write(folder.path(), &format!("depth/{:.6}.png", start + time), &bytes);
     }
+    // Another colour picture is 8 ms from the second depth picture, whose own is 4 ms from it.
+    let name = format!("rgb/{:.6}.png", start + 0.2 - 0.012);
+    write(
+        folder.path(),
+        &name,
+        &deepsft_formats::encode_png(&RECORDED.1[0].color.image).unwrap(),
+    );
     let source = RecordingSource {
         color: folder.path().join("rgb"),
         pairing: FramePairing::Time,
@@ -162,6 +169,7 @@ fn tum_frames_are_paired_by_time_and_those_without_a_partner_are_named() {
         .map(|path| path.strip_prefix(folder.path()).unwrap())
         .collect();
     let expected = [
+        "rgb/1305031102.363304.png",
         "rgb/1305031102.575304.png",
         "depth/1305031102.390304.png",
         "depth/1305031102.596304.png",
@@ -200,7 +208,7 @@ fn tum_frames_are_paired_by_time_and_those_without_a_partner_are_named() {
     write(folder.path(), "rgb.txt", lists[0].as_bytes());
     write(folder.path(), "associations.txt", lists[1].as_bytes());
     let imported = import(folder.path(), source).unwrap();
-    assert_eq!((imported.frames(), imported.left_out().len()), (3, 7));
+    assert_eq!((imported.frames(), imported.left_out().len()), (3, 8));
     // What the older import had is gone.
     assert!(!folder.path().join("out/rgb/000000.png").exists());
 }
@@ -226,7 +234,8 @@ fn meshes_with_texture_coordinates_are_the_truth_whatever_their_vertices_numbers
             .rev()
             .fold(String::new(), |text, line| text + line + "\n");
         for uv in mesh.texture_coordinates().iter().rev() {
-            let _ = writeln!(text, "vt {:.4} {:.4}", uv.x, 1.0 - uv.y);
+            let [u, v] = [uv.x, 1.0 - uv.y].map(|t| 2e-5 + (1.0 - 4e-5) * t);
+            let _ = writeln!(text, "vt {u:.5} {v:.5}");
         }
         for face in mesh.faces() {
             let [a, b, c] = face.map(|v| mesh.vertices().len() - v);
@@ -245,7 +254,12 @@ fn meshes_with_texture_coordinates_are_the_truth_whatever_their_vertices_numbers
     import(folder.path(), source).unwrap();
     let recording = Recording::open(&folder.path().join("out")).unwrap();
     assert!(recording.has_masks() && recording.frames() == FRAMES);
-    check_truths(folder.path(), 0.0..=0.0, 0.0);
+    let mask = image::open(folder.path().join("out/mask/000001.png"))
+        .unwrap()
+        .into_luma8();
+    let inside: Vec<bool> = mask.pixels().map(|pixel| pixel.0[0] == 255).collect();
+    assert_eq!(inside, RECORDED.1[1].color.truth.mask());
+    check_truths(folder.path(), 0.1, 0.0..=0.001, 0.0);
 }
 
 #[test]
@@ -284,44 +298,45 @@ fn vertices_by_number_are_the_truth_and_what_is_before_them_hides_it() {
         };
         import(folder.path(), source).unwrap();
         let missing = if ending == "txt" { 0.1..=0.3 } else { 0.0..=0.0 };
-        check_truths(folder.path(), missing, 0.0);
+        check_truths(folder.path(), 0.1, missing, 0.0);
     }
 }
 
 #[test]
 fn registered_points_are_the_truth_where_they_are() {
-    let folder = tempfile::tempdir().unwrap();
-    for (index, frame) in RECORDED.1.iter().enumerate() {
-        let png = deepsft_formats::encode_png(&frame.color.image).unwrap();
-        write(folder.path(), &format!("scene/frame-{index:06}.color.png"), &png);
-        write(
-            folder.path(),
-            &format!("scene/frame-{index:06}.depth.png"),
-            &depth_png(frame, 1000.0, 0.0),
-        );
-        let (maps, camera) = (&frame.color.truth, &frame.color.camera);
-        let row = |pixel: usize| {
-            let (x, y) = (pixel % maps.size().width, pixel / maps.size().width);
-            let centre = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
-            let (uv, p) = (maps.uv(pixel), camera.unproject(centre, f64::from(maps.depth()[pixel])));
-            [uv.x, uv.y, p.x, p.y, p.z].map(|number| number as f32)
+    // A point for each pixel, or for every 9th along rows and columns: 12 mm on the sheet, more than between its vertices.
+    for (step, limit_mm) in [(1, 0.1), (9, 0.2)] {
+        let folder = tempfile::tempdir().unwrap();
+        for (index, frame) in RECORDED.1.iter().enumerate() {
+            let (maps, camera) = (&frame.color.truth, &frame.color.camera);
+            let png = deepsft_formats::encode_png(&frame.color.image).unwrap();
+            let name = |kind: &str| format!("scene/frame-{index:06}.{kind}.png");
+            write(folder.path(), &name("color"), &png);
+            write(folder.path(), &name("depth"), &depth_png(frame, 1000.0, 0.0));
+            let width = maps.size().width;
+            let row = |pixel: usize| {
+                let centre = DVec2::new((pixel % width) as f64 + 0.5, (pixel / width) as f64 + 0.5);
+                let (uv, p) = (maps.uv(pixel), camera.unproject(centre, f64::from(maps.depth()[pixel])));
+                [uv.x, uv.y, p.x, p.y, p.z].map(|number| number as f32)
+            };
+            let is_taken = |pixel: &usize| {
+                maps.inside(*pixel) && (pixel % width).is_multiple_of(step) && (pixel / width).is_multiple_of(step)
+            };
+            let rows = (0..maps.depth().len()).filter(is_taken).flat_map(row);
+            write(
+                folder.path(),
+                &format!("truth/{index}.npy"),
+                &f32_npy(&[5], rows).unwrap(),
+            );
+        }
+        let source = RecordingSource {
+            color: folder.path().join("scene/frame-*.color.png"),
+            depth: folder.path().join("scene/frame-*.depth.png"),
+            ..with_truth(folder.path(), 1.0)
         };
-        let rows = (0..maps.depth().len())
-            .filter(|&pixel| maps.inside(pixel))
-            .flat_map(row);
-        write(
-            folder.path(),
-            &format!("truth/{index}.npy"),
-            &f32_npy(&[5], rows).unwrap(),
-        );
+        import(folder.path(), source).unwrap();
+        check_truths(folder.path(), limit_mm, 0.0..=0.02, 0.05);
     }
-    let source = RecordingSource {
-        color: folder.path().join("scene/frame-*.color.png"),
-        depth: folder.path().join("scene/frame-*.depth.png"),
-        ..with_truth(folder.path(), 1.0)
-    };
-    import(folder.path(), source).unwrap();
-    check_truths(folder.path(), 0.0..=0.02, 0.02);
 }
 
 #[test]
