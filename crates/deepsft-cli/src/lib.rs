@@ -71,7 +71,7 @@ enum Command {
     /// Calibrate a camera: boards to print, and photographs of them.
     #[command(subcommand)]
     Camera(commands::camera::CameraCommand),
-    /// Simulate and check RGB-D recordings, which training steps 2 and 3 learn from.
+    /// Simulate, import and check RGB-D recordings, which training steps 2 and 3 learn from.
     #[command(subcommand)]
     Recording(commands::recording::RecordingCommand),
     /// Measure a model against ground truth.

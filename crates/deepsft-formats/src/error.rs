@@ -40,6 +40,9 @@ pub enum FormatError {
         /// Version this crate reads.
         expected: u32,
     },
+    /// An `.npy` file cannot be read.
+    #[error("array cannot be read: {0}")]
+    Npy(String),
     /// The values of an array do not fill its rows.
     #[error("the values do not fill rows of shape {0:?}")]
     ValueCount(Vec<usize>),

@@ -38,7 +38,7 @@ pub use foreign::guarded;
 #[cfg(feature = "cameras")]
 pub use foreign_camera::camera_from_foreign;
 pub use glb::mesh_to_glb;
-pub use npy::{bool_npy, f32_npy, f32_npy_header};
+pub use npy::{bool_npy, f32_npy, f32_npy_header, rows_from_npy};
 pub use obj::{mesh_from_obj, mesh_to_obj};
 pub use picture::{
     MAX_PICTURE_SIDE_PX, decode_as_stored, decode_image, decode_photograph, decode_picture, encode_jpeg, encode_pixels,
@@ -46,5 +46,5 @@ pub use picture::{
 };
 pub use reasons::{json_reason, read_error, write_error};
 #[cfg(feature = "scan")]
-pub use scan::{Scan, ScanPart, ScannedTemplate, Wrap, assemble_scan, read_scan};
+pub use scan::{Scan, ScanPart, ScannedTemplate, Wrap, assemble_scan, mesh_vertices, read_scan};
 pub use template::{TEMPLATE_FILE, TEXTURE_FILE, TemplateFile, template_to_files};

@@ -4,6 +4,7 @@ use crate::error::FormatError;
 
 /// NumPy's names of the kinds of values.
 const F32: &str = "<f4";
+const F64: &str = "<f8";
 const BOOL: &str = "|b1";
 
 /// The bytes of an `.npy` file of f32 values, row by row; `row` is the shape of one. There are as many rows as the values fill.
@@ -48,4 +49,62 @@ fn header(descr: &str, shape: &[usize]) -> Vec<u8> {
     bytes.extend((padded as u16).to_le_bytes());
     bytes.extend(header.into_bytes());
     bytes
+}
+
+/// Reads the rows of an `.npy` file of f32 or f64 values. An array of more than two dimensions has a row for each place of all but the last.
+///
+/// # Errors
+/// [`FormatError::Npy`] says what is wrong with it.
+pub fn rows_from_npy(bytes: &[u8]) -> Result<Vec<Vec<f64>>, FormatError> {
+    let refused = |reason: &str| FormatError::Npy(reason.to_owned());
+    let cut = || refused("it is cut short, or no .npy file: save it again with numpy.save");
+    let (start, rest) = bytes.split_first_chunk::<8>().ok_or_else(cut)?;
+    // The header's length has two bytes in version 1 and four in later ones.
+    let length_bytes = if start[6] == 1 { 2 } else { 4 };
+    let (length, rest) = rest.split_at_checked(length_bytes).ok_or_else(cut)?;
+    let length = length.iter().rfold(0, |length, &byte| length << 8 | usize::from(byte));
+    let (header, values) = rest.split_at_checked(length).ok_or_else(cut)?;
+    let header = str::from_utf8(header)
+        .ok()
+        .filter(|_| start.starts_with(b"\x93NUMPY"))
+        .ok_or_else(cut)?;
+    let values: Vec<f64> = if header.contains(F64) {
+        (values.as_chunks().0.iter())
+            .map(|&value| f64::from_le_bytes(value))
+            .collect()
+    } else if header.contains(F32) {
+        (values.as_chunks().0.iter())
+            .map(|&value| f32::from_le_bytes(value).into())
+            .collect()
+    } else {
+        return Err(refused(
+            "its values are no f32 or f64 (little endian): save it with astype(float)",
+        ));
+    };
+    let shape = header
+        .split_once("'shape': (")
+        .and_then(|(_, shape)| shape.split_once(')'));
+    let sides = shape.map_or("", |(sides, _)| sides).split(',').map(str::trim);
+    let sides: Result<Vec<usize>, _> = sides.filter(|side| !side.is_empty()).map(str::parse).collect();
+    let is_transposed = header.contains("'fortran_order': True");
+    match sides.as_deref() {
+        Ok([.., 0]) | Ok([] | [_]) | Err(_) => {
+            Err(refused("it is no array of rows: save one of shape (rows, columns)"))
+        }
+        Ok(sides)
+            if sides
+                .iter()
+                .try_fold(1_usize, |product, &side| product.checked_mul(side))
+                != Some(values.len()) =>
+        {
+            Err(cut())
+        }
+        Ok(&[rows, _]) if is_transposed => Ok((0..rows)
+            .map(|row| values.iter().skip(row).step_by(rows).copied().collect())
+            .collect()),
+        Ok(_) if is_transposed => Err(refused(
+            "it is in Fortran's order: save it with numpy.ascontiguousarray",
+        )),
+        Ok(&[.., columns]) => Ok(values.chunks_exact(columns).map(<[f64]>::to_vec).collect()),
+    }
 }

@@ -31,8 +31,8 @@ pub use in_order::{clip_frames, in_order, samples};
 /// The generators in this interface are those of this version of rand.
 pub use rand;
 pub use recording::{
-    DEPTH_FOLDER, MASK_FOLDER, PrintResponse, RGB_FOLDER, RecordedFrame, Recording, RecordingSimulator, RgbdSensor,
-    SimulatedFrame, Take,
+    DEPTH_FOLDER, FramePairing, MASK_FOLDER, PrintResponse, RGB_FOLDER, RecordedFrame, Recording, RecordingImport,
+    RecordingSimulator, RecordingSource, RgbdSensor, SimulatedFrame, Take, TruthSource,
 };
 pub use render::{EffectsConfig, LightingConfig};
 pub use sample::Sample;

@@ -1,5 +1,7 @@
 //! `deepsft recording`: RGB-D recordings to train steps 2 and 3 on.
 
+mod import;
+
 use crate::failure::BlameInput;
 use crate::object_choice::ObjectChoice;
 use crate::{interruption, progress};
@@ -38,6 +40,8 @@ const SIMULATED_FOLDER: FolderKind = FolderKind {
 pub enum RecordingCommand {
     /// Simulate a recording of a template: a program makes it up, nobody records it.
     Simulate(SimulateArguments),
+    /// Make a recording of one in another layout: TUM, Open3D, RealSense, numbered pictures, with meshes or points as truth.
+    Import(import::ImportArguments),
     /// Read every frame of a recording and report what is in it.
     Verify {
         /// Folder of the recording
@@ -49,6 +53,7 @@ pub enum RecordingCommand {
 pub fn run(command: &RecordingCommand) -> Result<()> {
     match command {
         RecordingCommand::Simulate(arguments) => simulate(arguments),
+        RecordingCommand::Import(arguments) => import::run(arguments),
         RecordingCommand::Verify { recording } => verify(recording),
     }
 }
@@ -71,7 +76,8 @@ of a Kinect v2: noise that grows with distance and tilt, holes and flying pixels
 nearer than 500 mm. The sheet moves smoothly. Every 20 frames another take begins, with another motion, another background
 and other hands. Light, print and camera stay the same, as in one place. The same seed gives the same recording.
 
-Your own recordings go into the same folders; `deepsft recording verify` says what is wrong with one.
+Your own recordings go into the same folders; `deepsft recording import` puts those of other programs there, and
+`deepsft recording verify` says what is wrong with one.
 
 cx and cy count from the image's corner: the first pixel's centre is (0.5, 0.5). OpenCV, ROS and TUM count from
 that centre: for their numbers add \"pixel_centers\": \"integer\" to the file, or half a pixel to cx and cy.

@@ -1,8 +1,12 @@
 //! RGB-D recordings: simulated, checked, trained on; and what is said of broken ones.
 
-use crate::common::{deepsft, write_bundle, write_bundle_of, write_template};
+use crate::common::{deepsft, template, write_bundle, write_bundle_of, write_files, write_template};
 use deepsft::{Architecture, R50FConfig};
+use deepsft_formats::encode_jpeg;
+use deepsft_synth::{RecordingSimulator, encode_depth_png};
 use serde_json::Value;
+use std::collections::BTreeMap;
+use std::fmt::Write;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -179,4 +183,100 @@ fn all_three_steps_are_one_command_from_a_template_to_a_bundle() {
     for file in ["curve.csv", "curve.png", "step-2.csv", "step-3.png", "tuning.json"] {
         assert!(three.join(file).is_file(), "{file}");
     }
+}
+
+/// Writes a recording of four frames as Open3D does, the last without its depth picture, and the vertices of each in metres.
+fn write_scene(folder: &Path) {
+    let simulator = RecordingSimulator::new(&template(), false, 3).unwrap();
+    let (take, camera) = (simulator.take(0), simulator.sensor().color);
+    let mut files = BTreeMap::new();
+    for index in 0..4 {
+        let frame = take.frame(index).unwrap();
+        let jpeg = encode_jpeg(&frame.color.image, 92).unwrap();
+        files.insert(format!("color/{index:06}.jpg"), jpeg);
+        let depth: Vec<u16> = frame
+            .color
+            .truth
+            .depth()
+            .iter()
+            .map(|mm| mm.max(0.0).round() as u16)
+            .collect();
+        files.insert(
+            format!("depth/{index:06}.png"),
+            encode_depth_png(&depth, &camera).unwrap(),
+        );
+        let vertices = frame.color.vertices_camera.iter().map(|p| p / 1000.0);
+        let rows = vertices.fold(String::new(), |mut rows, p| {
+            let _ = writeln!(rows, "{} {} {}", p.x, p.y, p.z);
+            rows
+        });
+        files.insert(format!("points/{index}.txt"), rows.into_bytes());
+    }
+    files.remove("depth/000003.png");
+    let (focal, centre) = (camera.focal(), camera.principal_point() - 0.5);
+    let intrinsics = serde_json::json!({
+        "width": camera.size().width,
+        "height": camera.size().height,
+        "intrinsic_matrix": [focal.x, 0, 0, 0, focal.y, 0, centre.x, centre.y, 1],
+    });
+    files.insert("camera_intrinsic.json".to_owned(), intrinsics.to_string().into_bytes());
+    write_files(&folder.join("scene"), &files);
+}
+
+#[test]
+fn a_recording_of_another_program_is_imported_checked_and_measured_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write_template(folder, "template");
+    write_bundle(folder, "model");
+    write_scene(folder);
+    let scene =
+        "recording import --color scene/color --depth scene/depth --camera scene/camera_intrinsic.json --out recording";
+    let run = |options: &str| {
+        let words = scene.split(' ').chain(options.split_ascii_whitespace());
+        deepsft(folder, &words.collect::<Vec<_>>())
+    };
+    let imported = run("");
+    assert_eq!(imported.succeeds().stdout, "recording, 3 frames: recording\n");
+    assert_eq!(
+        imported.stderr,
+        "note: left out, without a partner: scene/color/000003.jpg\n"
+    );
+    let verified = deepsft(folder, &["recording", "verify", "recording"]);
+    let told = &verified.succeeds().stdout;
+    assert!(
+        told.starts_with("recording of 3 frames, colour 960 x 540, depth 960 x 540 (registered)"),
+        "{told}"
+    );
+    // An older import is replaced, and the truth comes with it.
+    let truth = run("--template template --truth scene/points --truth-unit m");
+    assert!(
+        truth
+            .succeeds()
+            .stdout
+            .contains("its truth, a data set: recording/truth"),
+        "{}",
+        truth.stdout
+    );
+    deepsft(folder, &["eval", "--model", "model", "--data", "recording/truth"]).succeeds();
+    run("--truth scene/points").fails(2, &["--model <BUNDLE>|--template <DIR>"]);
+    run("--template template").fails(2, &["--truth"]);
+    run("--template template --truth scene/points")
+        .fails(3, &["cannot use truth scene/points/0.txt", "correct the unit"]);
+    fs::copy(
+        folder.join("scene/color/000001.jpg"),
+        folder.join("scene/depth/000001.png"),
+    )
+    .unwrap();
+    run("").fails(
+        3,
+        &[
+            "cannot use depth picture scene/depth/000001.png",
+            "16-bit grey, this one is Rgb8",
+        ],
+    );
+    // The older import is whole, and what is no import is somebody's own.
+    deepsft(folder, &["recording", "verify", "recording"]).succeeds();
+    fs::remove_file(folder.join("recording/imported.csv")).unwrap();
+    run("").fails(1, &["recording exists and holds no imported.csv"]);
 }

@@ -206,6 +206,14 @@ fn each_refusal_names_file_cause_and_remedy() {
             ["cut.y4m: it ends within a frame", "copy it again"],
         ),
         (
+            "recording import --color nothing --depth nothing --camera kinect-v2 --out r",
+            INVALID_INPUT,
+            [
+                "cannot use colour pictures nothing: there is none of them in it",
+                "check the path",
+            ],
+        ),
+        (
             "recording verify nothing",
             INVALID_INPUT,
             ["nothing/camera.json: there is no such file", "check the path"],

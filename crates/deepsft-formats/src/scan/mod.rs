@@ -18,7 +18,7 @@ mod reading;
 mod surface;
 
 pub use assembly::{ScannedTemplate, assemble_scan};
-pub use reading::read_scan;
+pub use reading::{mesh_vertices, read_scan};
 
 use crate::error::FormatError;
 use deepsft_geometry::Picture;

@@ -70,6 +70,18 @@ pub(super) fn parts(bytes: &[u8], textures: &mut Textures<'_>) -> Result<Vec<Sca
     Ok(parts.into_values().collect())
 }
 
+/// The positions of a file's vertices, in its order.
+pub(super) fn positions(bytes: &[u8]) -> Result<Vec<DVec3>, FormatError> {
+    let (header, mut numbers) = Header::read(bytes)?;
+    for element in &header.elements {
+        if element.name == "vertex" {
+            return Ok(Vertices::read(element, &mut numbers)?.positions);
+        }
+        element.rows(&mut numbers, |_| Ok(()))?;
+    }
+    refused("it has no vertices")
+}
+
 /// What the vertices say; texture coordinates, v down, and colours are empty or as many as positions.
 #[derive(Default)]
 struct Vertices {

@@ -3,7 +3,9 @@
 use super::{Scan, Textures, gltf, obj, ply, refused};
 use crate::error::FormatError;
 use crate::foreign::guarded;
+use crate::obj::ObjFile;
 use deepsft_geometry::Picture;
+use deepsft_geometry::glam::DVec3;
 use std::path::Path;
 
 /// Reads a scan from the bytes of its file: OBJ, PLY, glTF or GLB by the ending of `file_name`. `texture`, if given, is that of
@@ -53,4 +55,17 @@ pub fn read_scan(
         mm_per_unit,
         notes,
     })
+}
+
+/// Reads the vertices of a mesh from the bytes of its file, OBJ or PLY, with the numbers, the unit and the axes that they have there.
+///
+/// # Errors
+/// [`FormatError::Obj`] or [`FormatError::Scan`] says what is wrong with it.
+pub fn mesh_vertices(file_name: &str, bytes: &[u8]) -> Result<Vec<DVec3>, FormatError> {
+    let ending = Path::new(file_name).extension().unwrap_or_default();
+    match ending.to_ascii_lowercase().to_str() {
+        Some("obj") => Ok(ObjFile::parse(bytes)?.positions.into_iter().map(DVec3::from).collect()),
+        Some("ply") => ply::positions(bytes),
+        _ => refused("it is neither .obj nor .ply: export it as one of them"),
+    }
 }

@@ -1,6 +1,6 @@
 //! PLY files, as text and binary of both orders of bytes.
 
-use deepsft_formats::{FormatError, Scan, decode_picture, encode_png, read_scan};
+use deepsft_formats::{FormatError, Scan, decode_picture, encode_png, mesh_vertices, read_scan};
 use deepsft_geometry::Picture;
 use deepsft_geometry::glam::{DVec2, DVec3};
 
@@ -113,4 +113,19 @@ fn what_is_wrong_with_a_ply_file_is_told() {
         &|_| Ok(Vec::new()),
     );
     assert!(error.unwrap_err().to_string().contains("no texture coordinates"));
+}
+
+#[test]
+fn vertices_alone_keep_their_numbers() {
+    let corners = [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [2.0, 3.0, 1.0], [0.0, 3.0, 0.0]].map(DVec3::from);
+    assert_eq!(mesh_vertices("a.PLY", PLACED.as_bytes()).unwrap(), corners);
+    let obj = b"v 0 0 0\nv 2 0 0\nv 2 3 1\nv 0 3 0\nf 3 2 1\n";
+    assert_eq!(mesh_vertices("a.obj", obj).unwrap(), corners);
+    for (name, bytes) in [
+        ("a.stl", &b"v 0 0 0"[..]),
+        ("a.ply", b"ply\nformat ascii 1.0\nend_header\n"),
+        ("a.obj", b"v 1 2"),
+    ] {
+        assert!(mesh_vertices(name, bytes).is_err(), "{name}");
+    }
 }

@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Component, Path, PathBuf};
 
 /// Name of the file that tells which pictures belong together.
-const ASSOCIATIONS_FILE: &str = "associations.txt";
+pub(super) const ASSOCIATIONS_FILE: &str = "associations.txt";
 /// Name of the folder with the colour pictures.
 pub const RGB_FOLDER: &str = "rgb";
 /// Name of the folder with the depth pictures.

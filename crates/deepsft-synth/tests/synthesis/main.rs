@@ -3,6 +3,7 @@
 
 mod clips;
 mod closed_forms;
+mod imports;
 mod meshes;
 mod recordings;
 mod samples;
