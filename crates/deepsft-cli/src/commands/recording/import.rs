@@ -14,32 +14,35 @@ const NAMED: usize = 8;
 
 #[derive(Args)]
 #[command(after_help = "\
-The command writes a recording that `recording verify` and `train --steps 2,3` read: DIR/camera.json, DIR/rgb, DIR/depth, DIR/mask with
---masks, DIR/truth with --truth (a data set for `eval --data DIR/truth`), and DIR/imported.csv, which lists the files of each frame.
+The command writes a recording that `recording verify` and `train --steps 2,3` read: DIR/camera.json, DIR/rgb, DIR/depth,
+DIR/mask with --masks, DIR/truth with --truth (a data set for `eval --data DIR/truth`), and DIR/imported.csv, which lists
+the files of each frame.
 
-Depth is 16-bit grey PNG in the colour camera's image, pixel on pixel, 0 where nothing was measured. Coloured depth, as the RealSense Viewer
-and rs-convert write it, cannot be read: align depth to colour and save its 16-bit values. Places are folders, or quoted paths with one *
-for what differs in the names. --pairs says how the files of a frame are known; those without a partner are named and left out.
+Depth is 16-bit grey PNG in the colour camera's image, pixel on pixel, 0 where nothing was measured. Coloured depth, as
+the RealSense Viewer and rs-convert write it, cannot be read: align depth to colour and save its 16-bit values. Places are
+folders, or quoted paths with one * for what differs in the names. --pairs says how the files of a frame are known; those
+without a partner are named and left out.
 
-Open3D, Redwood and RealSense by Open3D: color/ and depth/ with numbered names, millimetres
+Open3D, and RealSense by Open3D: color/ and depth/ with numbered names, millimetres. Redwood too, with --pairs order
   deepsft recording import --color scene/color --depth scene/depth --camera scene/camera_intrinsic.json --out recording
 
-TUM: rgb/ and depth/ named by time, 5000 units in a metre. rgb.txt, depth.txt or associations.txt beside them go before the names. Their
-intrinsics count from the first pixel's centre: add \"pixel_centers\": \"integer\" to a camera.json
-  deepsft recording import --color tum/rgb --depth tum/depth --pairs time --depth-scale 5000 --camera tum.json --out recording
+TUM: rgb/ and depth/ named by time, 5000 units in a metre. rgb.txt, depth.txt or associations.txt beside them go before
+the names. Intrinsics count from the first pixel's centre: add \"pixel_centers\": \"integer\" to a camera.json
+  deepsft recording import --color rgb --depth depth --pairs time --depth-scale 5000 --camera tum.json --out recording
 
 KillingFusion: one folder with colour, depth and masks
-  deepsft recording import --color 'duck/color_*.png' --depth 'duck/depth_*.png' --masks 'duck/omask_*.png' --camera duck.json --out recording
+  deepsft recording import --color 'duck/color_*' --depth 'duck/depth_*' --masks 'duck/omask_*' --camera duck.json --out rec
 
-Truth as meshes, a file for each frame, in metres: OBJ or PLY with the texture coordinates of the template, or without them and with its
-vertices in its order. In the colour camera's frame: x right, y down, z forward
-  deepsft recording import --color rgb --depth depth --camera cam.yaml --template paper --truth meshes --truth-unit m --out recording
+Truth as meshes, a file for each frame, in metres: OBJ or PLY with the texture coordinates of the template, or without
+them and with its vertices in its order. In the colour camera's frame: x right, y down, z forward
+  deepsft recording import --color rgb --depth depth --camera cam.yaml --template paper --truth meshes --truth-unit m --out rec
 
-Truth as registered points, a .txt, .csv, .xyz or .npy file for each frame. Rows are u v x y z (u to the right and v down on the template,
-0 to 1), or vertex x y z (vertices from 0), or x y z for every vertex. Between points the surface is interpolated; where there are none it
-is recovered as rigidly as possible, and no part of the truth. Depth that is 3 % nearer than the surface hides it, as do masks
-  deepsft recording import --color rgb --depth depth --camera cam.yaml --model models/poster-a4 --truth points --out recording
-  deepsft eval --model models/poster-a4 --data recording/truth")]
+Truth as registered points, a .txt, .csv, .xyz or .npy file for each frame. Rows are u v x y z (u to the right and v down
+on the template, 0 to 1), or vertex x y z (vertices from 0), or x y z for every vertex. Between points the surface is
+interpolated; where there are none it is recovered as rigidly as possible, and no part of the truth. Depth that is 3 %
+nearer than the surface hides it, as masks do
+  deepsft recording import --color rgb --depth depth --camera cam.yaml --model model --truth points --out recording
+  deepsft eval --model model --data recording/truth")]
 pub struct ImportArguments {
     /// Colour pictures
     #[arg(long, value_name = "PLACE")]
