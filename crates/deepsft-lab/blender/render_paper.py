@@ -13,7 +13,7 @@ Reflectance is Lambert with Blender's Cook-Torrance, under one distant light. Th
 they are those of `deepsft synth --images paper`. Depth, registration and mask are cast as rays through the pixels' centres.
 
 A sample follows from TEMPLATE, options and its number. Samples that are in DIR/samples are kept, so that a command goes on
-where it was ended; one with a smaller --count packs what is there into shards."""
+where it was ended. At the end --count samples from --first on are packed into shards, also where more are there."""
 
 import argparse
 import hashlib
@@ -506,7 +506,8 @@ def pack(folders: list[Path], about: dict, out: Path) -> None:
         sizes.append(len(content))
         hashes.append(hashlib.sha256(content).hexdigest())
         put(out / names[-1], content)
-    about = about | {"samples": len(folders), "shards": names, "shard_bytes": sizes, "shard_sha256": hashes}
+    about = about | {"first": int(folders[0].name), "samples": len(folders)}
+    about |= {"shards": names, "shard_bytes": sizes, "shard_sha256": hashes}
     put(out / "dataset.json", json.dumps(about, indent=2).encode())
 
 
@@ -540,11 +541,14 @@ def main() -> None:
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--count", type=int, required=True)
     parser.add_argument("--seed", type=int, required=True)
+    parser.add_argument("--first", type=int, default=0, help="number of the first sample")
     parser.add_argument("--rig", type=Path, help="rig of an object with a volume (JSON)")
     parser.add_argument("--backgrounds", type=Path, help="folder of photographs (PNG or JPEG); else patterns")
     parser.add_argument("--samples", type=int, default=16, help="light paths of a pixel")
     parser.add_argument("--threads", type=int, default=1)
     options = parser.parse_args()
+    if options.count < 1 or options.first < 0:
+        parser.error("--count must be at least 1 and --first at least 0")
     template = read_template(options.template)
     if template.is_sheet == bool(options.rig):
         raise SystemExit(f"{options.template}: a sheet takes no --rig, and any other object needs one")
@@ -556,10 +560,10 @@ def main() -> None:
     about = description(template, rig, photographs, options)
     samples = options.out.absolute() / "samples"
     check_description(samples / "settings.json", about)
-    folders = [samples / f"{index:06}" for index in range(options.count)]
-    missing = [(folder.name, index) for index, folder in enumerate(folders) if not (folder / "json").exists()]
-    for name, index in reported(missing):
-        sample(samples / name, index, template, rig, photographs, options)
+    folders = [samples / f"{options.first + number:06}" for number in range(options.count)]
+    missing = [(folder.name, folder) for folder in folders if not (folder / "json").exists()]
+    for name, folder in reported(missing):
+        sample(folder, int(name), template, rig, photographs, options)
     pack(folders, about, options.out.absolute())
 
 
