@@ -17,14 +17,15 @@ Frames that are there are kept. `deepsft-lab study blender DIR` measures the fit
 import argparse
 import json
 import math
-import struct
-import time
 import zlib
 from pathlib import Path
 
 import bpy
 import numpy as np
 from mathutils import Matrix, Vector
+
+from rendering import CLOTH_SCALE, Array, add_camera, add_mesh, blender, faces, lay_texture, patterned, png, put
+from rendering import rendered, reported, shine, simulated, spread, srgb, surface_of, textured, with_white_back
 
 SHAPES = ("cylinder", "cone", "s", "crumple", "cloth")
 LIGHTS = ("sun", "area", "two-lamps", "hard-lamp")
@@ -43,13 +44,6 @@ CELLS = 96
 LONG_SIDE_MM, DISTANCE_MM, MAX_TILT_DEG = (160.0, 400.0), (300.0, 1200.0), 60.0
 LEAST_AREA, LEAST_SEEN = 0.05, 0.45
 """Of the image's area; of the print's cells."""
-
-Array = np.ndarray
-
-
-def spread(values: tuple[float, float], dice: np.random.Generator) -> float:
-    """A number whose logarithm is uniform."""
-    return math.exp(dice.uniform(math.log(values[0]), math.log(values[1])))
 
 
 def flat_sheet(size: Array, margin: int) -> Array:
@@ -107,8 +101,8 @@ def crumpled(points: Array, bend: float, dice: np.random.Generator) -> Array:
 
 
 def hanging(flat: Array, size: Array, bend: float, dice: np.random.Generator) -> Array:
-    """A simulated cloth that hangs at two or three of its corners. Blender's cloth wants units of some 100 mm."""
-    start = rolled(flat, 0.0, lambda t: 1.4 * bend * t) * [0.01, -0.01, -0.01]
+    """A simulated cloth that hangs at two or three of its corners."""
+    start = rolled(flat, 0.0, lambda t: 1.4 * bend * t) * CLOTH_SCALE
     quads, _ = faces(flat.shape)
     sheet = add_mesh("hanging", start, quads)
     corners = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5]])[: dice.integers(2, 4)] * size
@@ -122,14 +116,9 @@ def hanging(flat: Array, size: Array, bend: float, dice: np.random.Generator) ->
     settings.mass = spread((0.1, 0.4), dice)
     settings.tension_stiffness = settings.compression_stiffness = settings.shear_stiffness = 80.0
     settings.bending_stiffness = spread((0.05, 0.5), dice) / bend**2
-    modifier.point_cache.frame_start, modifier.point_cache.frame_end = 1, 40
-    for step in range(1, 41):
-        scene.frame_set(step)
-    moved = sheet.evaluated_get(bpy.context.evaluated_depsgraph_get()).to_mesh()
-    points = np.empty(3 * len(moved.vertices), np.float32)
-    moved.vertices.foreach_get("co", points)
+    points = simulated(sheet, modifier, 40)
     bpy.data.objects.remove(sheet)
-    return points.reshape(start.shape).astype(float) * [100, -100, -100]
+    return points.reshape(start.shape)
 
 
 def bent(shape: str, flat: Array, size: Array, bend: float, dice: np.random.Generator) -> Array:
@@ -174,31 +163,6 @@ def placed(points: Array, camera: dict, dice: np.random.Generator):
     return None
 
 
-def faces(shape: tuple) -> tuple[Array, Array]:
-    """Quadrangles and triangles of a grid, counter-clockwise from the front."""
-    index = np.arange(shape[0] * shape[1]).reshape(shape[:2])
-    a, b, c, d = (part.ravel() for part in (index[:-1, :-1], index[:-1, 1:], index[1:, :-1], index[1:, 1:]))
-    return np.stack([a, c, d, b], 1), np.stack([a, c, d, a, d, b], 1).reshape(-1, 3)
-
-
-def blender(points: Array) -> Array:
-    """From our camera's frame, mm, to Blender's, whose camera looks along -z with y up, m."""
-    return np.asarray(points) * [0.001, -0.001, -0.001]
-
-
-def add(name: str, data) -> bpy.types.Object:
-    thing = bpy.data.objects.new(name, data)
-    bpy.context.scene.collection.objects.link(thing)
-    return thing
-
-
-def add_mesh(name: str, points: Array, polygons: Array) -> bpy.types.Object:
-    mesh = bpy.data.meshes.new(name)
-    mesh.from_pydata(points.reshape(-1, 3).tolist(), [], polygons.tolist())
-    mesh.polygons.foreach_set("use_smooth", np.ones(len(polygons), bool))
-    return add(name, mesh)
-
-
 def add_primitive(kind: str, size: tuple, position: Array, axis: Array, looks) -> bpy.types.Object:
     """A cube, ball, tube or cone of `size` (mm, the last along `axis`) at `position`, both in our frame."""
     primitives = bpy.ops.mesh
@@ -221,17 +185,6 @@ def add_primitive(kind: str, size: tuple, position: Array, axis: Array, looks) -
     return thing
 
 
-def surface_of(looks: bpy.types.Material, roughness=0.7, specular=0.3, coat=0.0, color=(0.85, 0.85, 0.82)):
-    """The shader of a material with these values."""
-    if not looks.node_tree:
-        looks.use_nodes = True  # Before Blender 5.
-    shader = next(node for node in looks.node_tree.nodes if node.type == "BSDF_PRINCIPLED")
-    values = {"Base Color": (*color, 1), "Roughness": roughness, "Specular IOR Level": specular, "Coat Weight": coat}
-    for name, value in values.items():
-        shader.inputs[name].default_value = value
-    return shader
-
-
 def printed(material: str, picture) -> list[bpy.types.Material]:
     """The print and the white around it. The back of both is white."""
     roughness, specular, coat, _ = MATERIALS[material]
@@ -241,21 +194,14 @@ def printed(material: str, picture) -> list[bpy.types.Material]:
         front = surface_of(looks, roughness, specular, coat)
         nodes, links = looks.node_tree.nodes, looks.node_tree.links
         if name == "print":
-            image = nodes.new("ShaderNodeTexImage")
-            image.image, image.interpolation, image.extension = picture, "Cubic", "EXTEND"
-            links.new(image.outputs["Color"], front.inputs["Base Color"])
+            textured(looks, front, picture)
         if material == "cloth":
             place, weave, bump = (nodes.new("ShaderNode" + kind) for kind in ("TexCoord", "TexNoise", "Bump"))
             weave.inputs["Scale"].default_value, bump.inputs["Strength"].default_value = 400, 0.15
             links.new(place.outputs["UV"], weave.inputs["Vector"])
             links.new(weave.outputs[0], bump.inputs["Height"])
             links.new(bump.outputs["Normal"], front.inputs["Normal"])
-        side, back, mixed = (nodes.new("ShaderNode" + kind) for kind in ("NewGeometry", "BsdfDiffuse", "MixShader"))
-        links.new(side.outputs["Backfacing"], mixed.inputs[0])
-        links.new(front.outputs[0], mixed.inputs[1])
-        links.new(back.outputs[0], mixed.inputs[2])
-        output = next(node for node in nodes if node.type == "OUTPUT_MATERIAL")
-        links.new(mixed.outputs[0], output.inputs["Surface"])
+        with_white_back(looks, front)
         both.append(looks)
     return both
 
@@ -268,8 +214,7 @@ def add_sheet(points: Array, margin: int, material: str, picture) -> bpy.types.O
         sheet.data.materials.append(looks)
     sheet.data.polygons.foreach_set("material_index", np.repeat(~on_print(points.shape, margin), 2).astype(np.int32))
     u, v = ((np.arange(n) - margin) / (n - 1 - 2 * margin) for n in (columns, rows))
-    uv = np.stack(np.meshgrid(u, 1 - v), -1).reshape(-1, 2)[triangles.ravel()]
-    sheet.data.uv_layers.new(name="uv").data.foreach_set("uv", uv.ravel().astype(np.float32))
+    lay_texture(sheet.data, np.stack(np.meshgrid(u, v), -1).reshape(-1, 2), triangles)
     return sheet
 
 
@@ -278,26 +223,6 @@ def on_print(shape: tuple, margin: int) -> Array:
     cells = np.zeros((shape[0] - 1, shape[1] - 1), bool)
     cells[margin : shape[0] - 1 - margin, margin : shape[1] - 1 - margin] = True
     return cells.ravel()
-
-
-def patterned(dice: np.random.Generator, scale: float) -> bpy.types.Material:
-    """A material of two or three colours in a pattern with details of `scale` per metre."""
-    looks = bpy.data.materials.new("pattern")
-    shader = surface_of(looks, roughness=dice.uniform(0.3, 1.0))
-    nodes, links = looks.node_tree.nodes, looks.node_tree.links
-    kind = str(dice.choice(["TexNoise", "TexVoronoi", "TexWave", "TexChecker", "TexMagic"]))
-    place, pattern, ramp = (nodes.new("ShaderNode" + kind) for kind in ("TexCoord", kind, "ValToRGB"))
-    pattern.inputs["Scale"].default_value = scale
-    for name, value in {"Detail": 6.0, "Distortion": 4.0 if kind == "TexWave" else 0.5}.items():
-        if name in pattern.inputs:
-            pattern.inputs[name].default_value = value
-    ramp.color_ramp.elements.new(0.5)
-    for element in ramp.color_ramp.elements:
-        element.color = (*dice.uniform(0.03, 0.8, 3), 1)
-    links.new(place.outputs["Object"], pattern.inputs["Vector"])
-    links.new(next(o for o in pattern.outputs if o.name in ("Fac", "Factor", "Distance")), ramp.inputs[0])
-    links.new(ramp.outputs["Color"], shader.inputs["Base Color"])
-    return looks
 
 
 def add_background(points: Array, dice: np.random.Generator) -> tuple[str, Array, float]:
@@ -368,10 +293,7 @@ def add_lights(light: str, points: Array, normal: Array, offset: float, dice: np
             lamp.energy, lamp.size = 3.0 * math.pi * metres**2, 0.12 if light == "two-lamps" else dice.uniform(0.4, 1)
         if light == "two-lamps":
             lamp.color = ((1, 0.55, 0.25), (0.3, 0.55, 1))[number]
-        shining = add(light, lamp)
-        shining.location = blender(centre + distance * way)
-        shining.rotation_euler = Vector(blender(-way)).to_track_quat("-Z", "Y").to_euler()
-        shining.visible_camera = False
+        shine(lamp, way).location = blender(centre + distance * way)
     if has_bar:
         target = points[dice.integers(points.shape[0]), dice.integers(points.shape[1])]
         looks = bpy.data.materials.new("bar")
@@ -383,16 +305,13 @@ def add_lights(light: str, points: Array, normal: Array, offset: float, dice: np
     return has_bar
 
 
-def add_camera(camera: dict, distance: float, dice: np.random.Generator) -> float | None:
+def add_lens(distance: float, dice: np.random.Generator) -> float | None:
     """The camera in the origin; returns the f-number of a lens with depth of field."""
-    data = bpy.data.cameras.new("camera")
-    data.sensor_fit, data.sensor_width, data.lens, data.clip_start = "AUTO", 36.0, 36.0 * FOCAL, 0.01
-    f_number = None
+    data, f_number = add_camera(FOCAL), None
     if dice.random() < 0.3:
         f_number = round(spread((1.4, 5.6), dice), 1)
         data.dof.use_dof, data.dof.aperture_fstop = True, f_number
         data.dof.focus_distance = distance / 1000 * dice.uniform(0.9, 1.1)
-    bpy.context.scene.camera = add("camera", data)
     return f_number
 
 
@@ -417,51 +336,11 @@ def seen_cells(sheet: bpy.types.Object, points: Array, camera: dict) -> Array:
     return cells
 
 
-def rendered(camera: dict, options, seed: int, file: Path) -> Array:
-    """The image as linear light, (rows, columns, 3)."""
-    scene = bpy.context.scene
-    scene.render.engine, scene.cycles.device, scene.cycles.seed = "CYCLES", "CPU", seed
-    scene.cycles.samples, scene.cycles.max_bounces = options.samples, 4
-    scene.cycles.use_denoising, scene.cycles.denoiser = True, "OPENIMAGEDENOISE"
-    scene.render.threads_mode, scene.render.threads = "FIXED", options.threads
-    scene.render.resolution_x, scene.render.resolution_y = camera["width"], camera["height"]
-    scene.render.resolution_percentage = 100
-    scene.render.image_settings.file_format, scene.render.image_settings.color_depth = "OPEN_EXR", "32"
-    scene.render.filepath = str(file)
-    bpy.ops.render.render(write_still=True)
-    image = bpy.data.images.load(str(file))
-    values = np.empty(len(image.pixels), np.float32)
-    image.pixels.foreach_get(values)
-    file.unlink()
-    return values.reshape(camera["height"], camera["width"], -1)[::-1, :, :3]
-
-
 def developed(light: Array, dice: np.random.Generator) -> Array:
     """What a camera makes of it: exposure by the bright parts, noise of photons and sensor, sRGB of 8 bits."""
     light = light * (dice.uniform(0.6, 0.95) / np.quantile(light, 0.95))
     noise = dice.uniform(0.0, 1.0) * np.sqrt(2e-4 * np.maximum(light, 0) + 4e-6)
-    light = np.clip(light + noise * dice.normal(size=light.shape), 0, 1)
-    srgb = np.where(light < 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
-    return np.round(255 * srgb).astype(np.uint8)
-
-
-def put(file: Path, content: bytes) -> None:
-    """Writes a file beside its place, then renames it."""
-    partial = file.with_name(f".{file.name}.partial")
-    partial.write_bytes(content)
-    partial.rename(file)
-
-
-def write_png(file: Path, pixels: Array) -> None:
-    height, width = pixels.shape[:2]
-    rows = np.concatenate([np.zeros((height, 1), np.uint8), pixels.reshape(height, -1)], 1)
-
-    def chunk(name: bytes, content: bytes) -> bytes:
-        return struct.pack(">I", len(content)) + name + content + struct.pack(">I", zlib.crc32(name + content))
-
-    header = struct.pack(">IIBBBBB", width, height, 8, 0 if pixels.ndim == 2 else 2, 0, 0, 0)
-    parts = chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(rows.tobytes(), 6)) + chunk(b"IEND", b"")
-    put(file, b"\x89PNG\r\n\x1a\n" + parts)
+    return srgb(light + noise * dice.normal(size=light.shape))
 
 
 def strain(points: Array, size: Array, cells: tuple[int, int]) -> list[float]:
@@ -495,7 +374,7 @@ def frame(folder: Path, print_file: Path, number: int, index: int, camera: dict,
         background, normal, offset = add_background(points, dice)
         occluder = add_occluder(inner, dice) if dice.random() < 0.35 else None
         has_bar = add_lights(light, points, normal, offset, dice)
-        f_number = add_camera(camera, distance, dice)
+        f_number = add_lens(distance, dice)
         cells, of_print = seen_cells(sheet, points, camera), on_print(points.shape, margin)
         visible = (cells >= 0) & of_print[cells]
         share = len(np.unique(cells[visible])) / of_print.sum()
@@ -503,8 +382,8 @@ def frame(folder: Path, print_file: Path, number: int, index: int, camera: dict,
             break
     else:
         raise SystemExit(f"{folder.name}: no scene shows enough of the print")
-    write_png(folder / "image.png", developed(rendered(camera, options, index, folder / "light.exr"), dice))
-    write_png(folder / "visible.png", 255 * visible.astype(np.uint8))
+    put(folder / "image.png", png(developed(rendered(camera, options, index, folder / "light.exr"), dice)))
+    put(folder / "visible.png", png(255 * visible.astype(np.uint8)))
     np.save(folder / "surface.npy", np.ascontiguousarray(inner, "<f4"))
     put(folder / "camera.json", json.dumps(camera).encode())
     about = {"print": print_file.name, "size_mm": size.tolist(), "material": material, "light": light, "shape": shape}
@@ -534,17 +413,13 @@ def main() -> None:
     prints = options.out / "prints"
     prints.mkdir(parents=True, exist_ok=True)
     jobs = [(file, k, options.out / f"{file.stem}-{k}") for file in files for k in range(options.frames)]
-    missing = [(index, job) for index, job in enumerate(jobs) if not (job[2] / "frame.json").exists()]
-    began = time.monotonic()
-    for done, (index, (file, k, folder)) in enumerate(missing):
+    missing = [(job[2].name, index, job) for index, job in enumerate(jobs) if not (job[2] / "frame.json").exists()]
+    for _, index, (file, k, folder) in reported(missing):
         copy = prints / file.name
         if not copy.exists():
             put(copy, file.read_bytes())
         folder.mkdir(exist_ok=True)
         frame(folder.absolute(), copy.absolute(), k, index, camera, options)
-        seconds = (time.monotonic() - began) / (done + 1)
-        left = seconds * (len(missing) - done - 1) / 60
-        print(f"{done + 1} of {len(missing)}: {folder.name}, {seconds:.0f} s a frame, {left:.0f} min left", flush=True)
 
 
 if __name__ == "__main__":
