@@ -5,6 +5,7 @@ use super::entries::{DEPTH_UNITS_PER_MM, UV_ONE};
 use crate::error::SynthError;
 use deepsft_formats::{fingerprint, json_reason, template_fingerprint};
 use deepsft_geometry::Template;
+use deepsft_geometry::glam::DVec2;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
@@ -13,6 +14,9 @@ pub const DATASET_FILE: &str = "dataset.json";
 
 /// Version of the layout of the shards, written into `dataset.json`.
 const FORMAT_VERSION: u32 = 1;
+
+/// Relative difference by which a size may change when it is written as text and read again.
+const ROUNDING: f64 = 1e-9;
 
 /// What `dataset.json` says of the shards beside it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -96,14 +100,15 @@ impl DatasetDescription {
     /// # Errors
     /// [`SynthError::OtherTemplate`].
     pub fn check_template(&self, template: &Template) -> Result<(), SynthError> {
-        let [width, height] = self.template_size_mm;
-        let size = template.size_mm();
-        let difference = if [width, height] != size.to_array() {
-            format!("{width} x {height} mm, not {} x {} mm", size.x, size.y)
-        } else if template_fingerprint(template) != self.template_sha256 {
-            "one of this size, with another texture or mesh".to_owned()
-        } else {
+        // The fingerprint decides: a size that was written as text may come back in another last bit.
+        if template_fingerprint(template) == self.template_sha256 {
             return Ok(());
+        }
+        let ([width, height], size) = (self.template_size_mm, template.size_mm());
+        let is_as_large = (DVec2::new(width, height) - size).abs().max_element() < ROUNDING * size.max_element();
+        let difference = match is_as_large {
+            true => "one of this size, with another texture or mesh".to_owned(),
+            false => format!("{width} x {height} mm, not {} x {} mm", size.x, size.y),
         };
         Err(SynthError::OtherTemplate { difference })
     }

@@ -64,6 +64,20 @@ fn samples_come_back_in_order_over_all_shards() {
 }
 
 #[test]
+fn a_size_of_many_digits_is_that_of_its_own_template_alone() {
+    // Read from its own text it differs in the last bit.
+    let sized = |width: f64| Template::thin_shell(Picture::from_fn(4, 3, |_, _| [9; 3]), width, 150.0).unwrap();
+    let template = sized(450.518_714_852_853_63);
+    let above = tempfile::tempdir().unwrap();
+    let place = above.path().join("set");
+    write_dataset::<SynthError>(&place, &template, Value::Null, 3, std::iter::empty()).unwrap();
+    let set = DatasetFolder::open(&place).unwrap();
+    set.description().check_template(&template).unwrap();
+    let refused = set.description().check_template(&sized(450.6)).unwrap_err();
+    assert!(refused.to_string().contains("not 450.6 x 150 mm"), "{refused}");
+}
+
+#[test]
 fn the_first_sample_that_is_an_error_leaves_no_data_set() {
     let above = tempfile::tempdir().unwrap();
     let place = above.path().join("set");
