@@ -332,7 +332,8 @@ impl Work<'_> {
             }
             row.frames.push(errors);
             if let Some(folder) = self.comparison.predictions {
-                let (folder, size) = (folder.join(&row.label), sample.truth.size());
+                // A width is written as a fraction.
+                let (folder, size) = (folder.join(row.label.replace('/', "-")), sample.truth.size());
                 maps_file::write(&folder, self.measured, answer.as_ref(), size, row.measured.registration)?;
             }
         }
