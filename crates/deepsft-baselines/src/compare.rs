@@ -271,8 +271,11 @@ impl Work<'_> {
             ),
             None => (false, false),
         };
-        let (mut dof, mut finder) = (None, ours::features(&self.template)?);
-        let mut follower = with_tracker.then(|| Follower::new(&mut finder)).transpose()?;
+        let (mut dof, mut finder) = (None, None);
+        if with_tracker {
+            finder = Some(ours::features(&self.template)?);
+        }
+        let mut follower = finder.as_mut().map(Follower::new).transpose()?;
         self.runner.begin_take();
         for (number, sample) in take.frames.enumerate() {
             let is_measured = number % each == each - 1;

@@ -32,4 +32,4 @@ pub use features::Features;
 pub use finder::{FeatureFinder, FoundMesh};
 pub use grade::{GradeLevel, PictureGrade};
 pub use matching::Match;
-pub use solid_grade::SolidGrade;
+pub use solid_grade::{SolidGrade, solid_sides};

@@ -27,8 +27,8 @@ const RIGHT: f64 = 0.15;
 /// Least share of views in which it is found, from grade to grade.
 const FOUND: [f64; 3] = [0.1, 0.4, 0.75];
 
-/// The sides of a solid, and how each is turned to the viewer.
-fn sides() -> [(&'static str, DQuat); 6] {
+/// The six sides of a solid by name, each with the rotation that turns it to the viewer.
+pub fn solid_sides() -> [(&'static str, DQuat); 6] {
     [
         ("the front", DQuat::IDENTITY),
         ("its left", DQuat::from_rotation_y(FRAC_PI_2)),
@@ -58,12 +58,12 @@ impl FeatureFinder {
     /// As [`FeatureFinder::find`].
     pub fn grade_solid(&mut self) -> Result<SolidGrade, GeometryError> {
         let mut found = [0.0; 6];
-        for (count, (_, turn)) in found.iter_mut().zip(sides()) {
+        for (count, (_, turn)) in found.iter_mut().zip(solid_sides()) {
             for view in VIEWS {
                 *count += f64::from(u8::from(self.finds(turn, view)?)) / VIEWS.len() as f64;
             }
         }
-        let names = sides().map(|(name, _)| name);
+        let names = solid_sides().map(|(name, _)| name);
         Ok(SolidGrade::of(std::array::from_fn(|k| (names[k], found[k]))))
     }
 
@@ -126,7 +126,7 @@ mod tests {
 
     #[test]
     fn sides_that_are_lost_are_named() {
-        let grade = |found: [f64; 6]| SolidGrade::of(std::array::from_fn(|k| (sides()[k].0, found[k])));
+        let grade = |found: [f64; 6]| SolidGrade::of(std::array::from_fn(|k| (solid_sides()[k].0, found[k])));
         assert_eq!(grade([1.0, 1.0, 0.75, 1.0, 0.5, 0.5]).advice, None);
         let some = grade([1.0, 1.0, 0.25, 1.0, 0.5, 0.0]);
         assert_eq!(some.level, Fair);

@@ -3,12 +3,11 @@
 use super::canvas::Canvas;
 use super::lettering::{Align, Lettering};
 use anyhow::Result;
-use deepsft::features::{FeatureFinder, SolidGrade};
+use deepsft::features::{FeatureFinder, SolidGrade, solid_sides};
 use deepsft::{encode_png, template_to_files};
-use deepsft_geometry::glam::{DQuat, DVec2, DVec3};
+use deepsft_geometry::glam::{DVec2, DVec3};
 use deepsft_geometry::{Camera, Picture, Template};
 use deepsft_synth::{SynthConfig, Synthesizer};
-use std::f64::consts::{FRAC_PI_2, PI};
 use std::path::Path;
 
 /// Name of the picture in a template's folder.
@@ -35,22 +34,19 @@ pub fn turntable(template: &Template, grade: Option<&SolidGrade>) -> Result<Pict
         ..SynthConfig::default()
     };
     let synthesizer = Synthesizer::new(template, config)?;
-    let views = [
-        ("front", DQuat::IDENTITY),
-        ("its left", DQuat::from_rotation_y(FRAC_PI_2)),
-        ("back", DQuat::from_rotation_y(PI)),
-        ("its right", DQuat::from_rotation_y(-FRAC_PI_2)),
-        ("above", DQuat::from_rotation_x(FRAC_PI_2)),
-        ("below", DQuat::from_rotation_x(-FRAC_PI_2)),
-    ];
     let mut canvas = Canvas::new(3 * SIDE, 2 * SIDE, [0; 3]);
-    for (number, (name, turn)) in views.into_iter().enumerate() {
+    for (number, (name, turn)) in solid_sides().into_iter().enumerate() {
         let place = |p: &DVec3| turn * *p + distance * DVec3::Z;
         let view = synthesizer.render_clean(template.mesh().vertices().iter().map(place).collect())?;
         let (left, top) = (number % 3 * SIDE, number / 3 * SIDE);
         canvas.draw(&view.image, left, top);
         let corner = (left as f64 + 12.0, top as f64 + 18.0);
-        canvas.write(name, corner, Align::Left, Lettering::semibold(16.0, [255; 3]));
+        canvas.write(
+            name.trim_start_matches("the "),
+            corner,
+            Align::Left,
+            Lettering::semibold(16.0, [255; 3]),
+        );
         if let Some(grade) = grade {
             let found = format!("found in {:.0} % of views", 100.0 * grade.sides[number].1);
             let below = (corner.0, corner.1 + 20.0);
