@@ -7,13 +7,15 @@ use deepsft_geometry::glam::Vec2;
 use deepsft_geometry::{Camera, GeometryError, Picture};
 
 /// Longest side of the image that features are taken from, pixels: twice the canonical one, in which an A4 sheet 90 cm away is
-/// only 125 pixels long. Not swept; time grows with its square.
+/// only 125 pixels long. Larger images are shrunk to it, smaller ones enlarged. Not swept; time grows with its square.
 const LONGEST_SIDE: usize = 960;
 
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FeatureOptions {
     /// Corners in all levels together, at most; a few more where cells are many.
     pub corners: usize,
+    /// Longest side that a smaller picture is enlarged to, pixels.
+    pub longest_side: usize,
     /// Levels of the pyramid, each 1.25 times smaller.
     pub levels: usize,
     /// Least difference between a corner and the pixels around, grey levels.
@@ -23,6 +25,7 @@ pub(crate) struct FeatureOptions {
 /// For images of cameras.
 pub(crate) const IMAGE: FeatureOptions = FeatureOptions {
     corners: 2000,
+    longest_side: LONGEST_SIDE,
     levels: 8,
     threshold: 8,
 };
@@ -61,7 +64,7 @@ impl Features {
     /// The features of `picture`, whose sides are at most 65,535 pixels.
     pub(crate) fn search(picture: &Picture, options: FeatureOptions) -> Self {
         let mut features = Self::default();
-        let levels = pyramid_levels(picture, options.levels);
+        let levels = pyramid_levels(picture, options.longest_side, options.levels);
         let whole: f32 = levels.iter().map(|l| (l.width * l.height) as f32).sum();
         for level in &levels {
             let part = (level.width * level.height) as f32 / whole;

@@ -25,17 +25,28 @@ pub(crate) struct PyramidLevel {
     pub smooth: Vec<u8>,
 }
 
-/// The levels of `picture`, the whole picture first, down to [`SHORTEST_SIDE`] or `most` levels.
-pub(crate) fn pyramid_levels(picture: &Picture, most: usize) -> Vec<PyramidLevel> {
+/// The levels of `picture`, the largest first, down to [`SHORTEST_SIDE`] or `most` levels. A picture whose longer side has fewer than
+/// `longest_side` pixels is first enlarged to these, as Lowe (2004) does: a corner needs 31 pixels around it.
+pub(crate) fn pyramid_levels(picture: &Picture, longest_side: usize, most: usize) -> Vec<PyramidLevel> {
     let grey = picture.rgb().as_chunks().0.iter().map(|&c| (luma(c) + 0.5) as u8);
-    let mut levels = vec![PyramidLevel::new(picture.size(), 1.0, grey.collect())];
+    let whole = PyramidLevel::new(picture.size(), 1.0, grey.collect());
+    let longest = whole.width.max(whole.height);
+    let larger = |side: usize| (side * longest_side + longest / 2) / longest;
+    let first = match longest < longest_side {
+        true => whole.resized(ImageSize {
+            width: larger(whole.width),
+            height: larger(whole.height),
+        }),
+        false => whole,
+    };
+    let mut levels = vec![first];
     while let Some(level) = levels.last().filter(|_| levels.len() < most) {
         let side = |length: usize| (length as f32 / STEP).round() as usize;
         let (width, height) = (side(level.width), side(level.height));
         if width.min(height) < SHORTEST_SIDE {
             break;
         }
-        levels.push(level.shrunk(ImageSize { width, height }));
+        levels.push(level.resized(ImageSize { width, height }));
     }
     levels
 }
@@ -57,10 +68,10 @@ impl PyramidLevel {
         (Vec2::new(f32::from(x), f32::from(y)) + 0.5) * self.scale
     }
 
-    /// The same in fewer pixels, by bilinear interpolation.
-    fn shrunk(&self, size: ImageSize) -> Self {
+    /// The same in fewer or more pixels, by bilinear interpolation.
+    fn resized(&self, size: ImageSize) -> Self {
         let ImageSize { width, height } = size;
-        // The two pixels that a smaller one lies between, and the weight of the second in 256ths.
+        // The two pixels that a new one lies between, and the weight of the second in 256ths.
         let place = |i: usize, to: usize, from: usize| {
             let at = ((i as f32 + 0.5) * from as f32 / to as f32 - 0.5).clamp(0.0, (from - 1) as f32);
             let first = at as usize;

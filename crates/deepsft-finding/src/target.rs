@@ -56,6 +56,7 @@ impl PictureTarget {
         let picture = resized(template.texture(), longest_side);
         let options = FeatureOptions {
             corners,
+            longest_side: 0,
             levels: 10,
             threshold: 6,
         };

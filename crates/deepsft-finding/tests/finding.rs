@@ -67,6 +67,27 @@ fn a_bent_print_is_found_to_two_canonical_pixels_any_way_up() {
 }
 
 #[test]
+fn a_print_that_is_small_in_a_small_image_is_found() {
+    let template = print(1);
+    let config = SynthConfig {
+        empty_probability: 0.0,
+        min_visible_px: 2000,
+        ..SynthConfig::default()
+    };
+    let synthesizer = Synthesizer::new(&template, config).unwrap();
+    let mut finder = FeatureFinder::new(template).unwrap();
+    let samples = (0..).map(|index| synthesizer.sample(79, index));
+    let small = samples.filter(|sample| sample.truth.area() < 4500).take(12);
+    let mut is_found = |image: &Picture| {
+        let (features, camera) = Features::of(image, &training_camera()).unwrap();
+        finder.find(&features, &camera).unwrap().is_some()
+    };
+    let found: Vec<bool> = small.map(|sample| sample.image).map(|image| is_found(&image)).collect();
+    // Without enlarging the image none.
+    assert!(found.iter().filter(|&&found| found).count() >= 4, "{found:?}");
+}
+
+#[test]
 fn another_print_in_its_place_is_not_found_or_its_fit_tells() {
     let (shown, sought) = (print(1), print(2));
     let synthesizer = synthesizer(&shown);

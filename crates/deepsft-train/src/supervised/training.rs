@@ -6,11 +6,12 @@ use crate::data::{Loader, SampleSource, TrainingBatch};
 use crate::error::TrainError;
 use crate::loss::{step_one_loss, supervised_maps_loss};
 use crate::run::{Checkpoint, CurvePoint, Fingerprint, Finished, Progress, RunSettings, TrainingStep, run};
+use burn::module::Module;
 use burn::tensor::{Device, Tensor};
-use deepsft::NetworkConfig;
+use deepsft::{DeviceKind, NetworkConfig};
 use deepsft_geometry::Template;
 use deepsft_geometry::metrics::{FrameMetrics, Summary, frame_metrics};
-use deepsft_network::Network;
+use deepsft_network::{Network, start_device};
 use deepsft_synth::Sample;
 use std::sync::Arc;
 
@@ -42,13 +43,16 @@ pub fn train<S: SampleSource + ?Sized + 'static>(
     let epoch_samples = source
         .training_samples(config.held_out_frames)?
         .or(config.epoch_samples);
-    device.seed(config.seed);
+    // Each kind of device has random numbers of its own: a seed stands for the same first weights on all of them.
+    let (cpu, _) = pollster::block_on(start_device(DeviceKind::Cpu))?;
+    cpu.seed(config.seed);
     let step = StepOne {
         template: source.template(),
         network_config,
         config,
         trunk: trunk.as_ref(),
         device,
+        cpu: cpu.autodiff(),
         differentiable: device.clone().autodiff(),
         held_out: source.held_out(config.held_out_seed, config.held_out_frames)?,
     };
@@ -122,6 +126,8 @@ struct StepOne<'a> {
     trunk: Option<&'a Trunk>,
     /// Plain.
     device: &'a Device,
+    /// Where weights begin.
+    cpu: Device,
     differentiable: Device,
     held_out: Vec<Sample>,
 }
@@ -132,11 +138,12 @@ impl TrainingStep for StepOne<'_> {
     type Metrics = Vec<FrameMetrics>;
 
     fn make_network(&self) -> Result<Network, TrainError> {
-        let network = Network::new(self.network_config, &self.differentiable);
-        match self.trunk {
-            Some(Trunk { path, weights, .. }) => Ok(network.with_trunk(&path.display().to_string(), weights)?),
-            None => Ok(network),
-        }
+        let network = Network::new(self.network_config, &self.cpu);
+        let network = match self.trunk {
+            Some(Trunk { path, weights, .. }) => network.with_trunk(&path.display().to_string(), weights)?,
+            None => network,
+        };
+        Ok(network.fork(&self.differentiable))
     }
 
     fn progress(&self, state: &Checkpoint) -> f64 {
