@@ -3,6 +3,7 @@
 use crate::camera_model::CameraModel;
 use crate::correspondence::Correspondence;
 use deepsft_geometry::glam::{DQuat, DVec2, DVec3};
+use deepsft_geometry::solver::Robust;
 use deepsft_geometry::{Camera, RigidMotion};
 use faer::linalg::solvers::{DenseSolveCore, Solve};
 use faer::{Mat, Side};
@@ -32,26 +33,23 @@ impl Solution {
     }
 }
 
-/// What is minimised: the distances of points in several views, and from which distance on (pixels) they count less.
+/// What is minimised: the distances of points in several views (pixels), the long ones counting less.
 #[derive(Clone)]
 pub struct Adjustment {
     pub model: CameraModel,
     /// The index of the pose in the solution, and the point.
     pub points: Vec<(usize, Correspondence)>,
-    pub robust_px: f64,
+    pub robust: Robust,
 }
 
 impl Adjustment {
     /// Cauchy's robust sum; infinite where a point has no pixel.
     fn cost(&self, solution: &Solution) -> f64 {
-        let square = self.robust_px * self.robust_px;
-        self.points
-            .iter()
-            .map(|(pose, seen)| {
-                let residual = solution.residual(&solution.poses[*pose].1, seen);
-                residual.map_or(f64::INFINITY, |r| square * (r.length_squared() / square).ln_1p())
-            })
-            .sum()
+        let cost = |(pose, seen): &(usize, Correspondence)| {
+            let residual = solution.residual(&solution.poses[*pose].1, seen);
+            residual.map_or(f64::INFINITY, |r| self.robust.rho(r.length_squared()))
+        };
+        self.points.iter().map(cost).sum()
     }
 
     /// The normal equations at `solution`: J^T W J and -J^T W r, the camera's parameters first.
@@ -60,7 +58,6 @@ impl Adjustment {
         let count = camera_count + POSE * solution.poses.len();
         let mut matrix = Mat::<f64>::zeros(count, count);
         let mut vector = Mat::<f64>::zeros(count, 1);
-        let square = self.robust_px * self.robust_px;
         for &(view, point) in &self.points {
             let pose = &solution.poses[view].1;
             let turned = pose.rotation * point.place_mm.extend(0.0);
@@ -69,13 +66,10 @@ impl Adjustment {
                 continue;
             };
             let residual = seen - point.pixel;
-            let weight = 1.0 / (1.0 + residual.length_squared() / square);
-            let mut row: Vec<(usize, DVec2)> = (0..)
-                .zip(
-                    self.model
-                        .gradients(&solution.camera, p_camera.truncate() / p_camera.z, seen),
-                )
-                .collect();
+            let weight = self.robust.weight(residual.length_squared());
+            let ray = p_camera.truncate() / p_camera.z;
+            let of_camera = self.model.gradients(&solution.camera, ray, seen);
+            let mut row: Vec<(usize, DVec2)> = of_camera.into_iter().enumerate().collect();
             let first = camera_count + POSE * view;
             let (turn_x, turn_y) = (turned.cross(x), turned.cross(y));
             row.extend((0..3).map(|k| (first + k, DVec2::new(turn_x[k], turn_y[k]))));
@@ -121,9 +115,8 @@ impl Adjustment {
             }
             let step = matrix.llt(Side::Lower).ok().map(|factors| factors.solve(&equations.1));
             let there = step.and_then(|step| self.stepped(&here, &step));
-            let lower = there
-                .map(|there| (self.cost(&there), there))
-                .filter(|(lower, _)| *lower < cost);
+            let lower = there.map(|there| (self.cost(&there), there));
+            let lower = lower.filter(|(lower, _)| *lower < cost);
             let Some((lower, there)) = lower else {
                 damping *= 10.0;
                 if damping > 1e12 {

@@ -3,9 +3,10 @@
 use crate::adjustment::{Adjustment, Solution};
 use crate::camera_model::{CameraModel, CameraParameter};
 use crate::correspondence::Correspondence;
-use crate::error::CalibrationError;
+use crate::error::{CalibrationError, Result};
 use crate::homography::{focal_length, homography, pose};
-use deepsft_geometry::glam::{DMat3, DVec2};
+use deepsft_geometry::glam::DVec2;
+use deepsft_geometry::solver::Robust;
 use deepsft_geometry::{Camera, GeometryError, ImageSize};
 
 /// Fewest points of a view that is used.
@@ -88,11 +89,7 @@ impl Calibration {
 /// * [`CalibrationError::Views`] for no view with at least 6 right points; for a `model` other than [`CameraModel::Focal`] fewer than 3.
 /// * [`CalibrationError::Undetermined`] when the views leave the focal length open, for they are all parallel, or do not fit.
 /// * [`CalibrationError::Camera`] for an empty image.
-pub fn calibrate(
-    views: &[Vec<Correspondence>],
-    size: ImageSize,
-    model: Option<CameraModel>,
-) -> Result<Calibration, CalibrationError> {
+pub fn calibrate(views: &[Vec<Correspondence>], size: ImageSize, model: Option<CameraModel>) -> Result<Calibration> {
     if let Some(model) = model {
         let (expected, most) = match model {
             CameraModel::Focal => (1, LONE_FOCAL_DEVIATION),
@@ -125,7 +122,7 @@ fn calibrated(
     model: CameraModel,
     expected: usize,
     most: f64,
-) -> Result<Calibration, CalibrationError> {
+) -> Result<Calibration> {
     let usable: Vec<usize> = (0..views.len()).filter(|&v| views[v].len() >= MIN_POINTS).collect();
     let mut counts: Vec<Vec<bool>> = views.iter().map(|view| vec![true; view.len()]).collect();
     let mut best: Option<(f64, Solution)> = None;
@@ -179,7 +176,7 @@ fn adjustment(
     Adjustment {
         model,
         points: solution.poses.iter().enumerate().flat_map(of_view).collect(),
-        robust_px,
+        robust: Robust::Cauchy(robust_px),
     }
 }
 
@@ -189,7 +186,7 @@ fn report(
     model: CameraModel,
     solution: Solution,
     most: f64,
-) -> Result<Calibration, CalibrationError> {
+) -> Result<Calibration> {
     let is_used = |view: usize| solution.poses.iter().any(|(used, _)| *used == view);
     let kept = |(view, (residuals, counts)): (usize, (Vec<DVec2>, &Vec<bool>))| {
         let points = residuals.into_iter().zip(counts);
@@ -207,9 +204,7 @@ fn report(
     let sigma_px = (all * f64::from(count) / freedom as f64).sqrt();
     let adjustment = adjustment(views, counts, model, 1e6, &solution);
     let deviations = adjustment.deviations(&solution, sigma_px);
-    let mut deviations = deviations.ok_or(CalibrationError::Undetermined {
-        deviation: f64::INFINITY,
-    })?;
+    let mut deviations = deviations.ok_or(CalibrationError::Undetermined(f64::INFINITY))?;
     if model == CameraModel::Focal {
         let (focal, size) = (solution.camera.focal().x, solution.camera.size().as_dvec2());
         let off = OFF_CENTRE * size.max_element();
@@ -219,17 +214,16 @@ fn report(
         for way in ways {
             // Another focal length is as good for a camera that is so much off.
             let mut moved = adjustment.clone();
-            moved
-                .points
-                .iter_mut()
-                .for_each(|(_, point)| point.pixel += way(point.pixel));
+            for (_, point) in &mut moved.points {
+                point.pixel += way(point.pixel);
+            }
             deviations[0] = deviations[0].hypot(moved.solve(solution.clone()).camera.focal().x - focal);
         }
     }
     let values = model.values(&solution.camera);
     let deviation = deviations[0] / values[0];
     if deviation > most {
-        return Err(CalibrationError::Undetermined { deviation });
+        return Err(CalibrationError::Undetermined(deviation));
     }
     let parameters = model.names().iter().zip(values).zip(deviations);
     let reported = |(view, residuals_px): (usize, Vec<Option<DVec2>>)| CalibratedView {
@@ -259,13 +253,9 @@ fn starts(
     model: CameraModel,
 ) -> Result<Vec<Camera>, GeometryError> {
     let (centre, side) = (size.as_dvec2() / 2.0, size.as_dvec2().max_element());
-    let centred = |&view: &usize| -> Option<DMat3> {
-        let points = views[view].iter();
-        homography(
-            &points
-                .map(|p| (p.place_mm, (p.pixel - centre) / side))
-                .collect::<Vec<_>>(),
-        )
+    let centred = |&view: &usize| {
+        let centred = |p: &Correspondence| (p.place_mm, (p.pixel - centre) / side);
+        homography(&views[view].iter().map(centred).collect::<Vec<_>>())
     };
     let zhang = focal_length(&usable.iter().filter_map(centred).collect::<Vec<_>>());
     let zhang = zhang.into_iter().filter(|focal| (0.1..10.0).contains(focal));
@@ -285,15 +275,12 @@ fn residuals(views: &[Vec<Correspondence>], solution: &Solution) -> Vec<Vec<DVec
     let of_view = |(view, points): (usize, &Vec<Correspondence>)| {
         let pose = solution.poses.iter().find(|(used, _)| *used == view);
         let residual = |point| solution.residual(&pose?.1, point);
-        points
-            .iter()
-            .map(|point| residual(point).unwrap_or(DVec2::splat(1e6)))
-            .collect()
+        let or_far_off = |point| residual(point).unwrap_or(DVec2::splat(1e6));
+        points.iter().map(or_far_off).collect()
     };
     views.iter().enumerate().map(of_view).collect()
 }
 
-/// The median distance in some of the views.
 fn median_px(residuals: &[Vec<DVec2>], views: impl Iterator<Item = usize>) -> f64 {
     let mut lengths: Vec<f64> = views.flat_map(|view| &residuals[view]).map(|r| r.length()).collect();
     lengths.sort_unstable_by(f64::total_cmp);

@@ -47,7 +47,6 @@ impl CameraModel {
         named.map_or("", |(name, _)| name)
     }
 
-    /// The names of its parameters.
     pub(crate) fn names(self) -> &'static [&'static str] {
         match self {
             Self::Focal => &["f"],
@@ -58,7 +57,6 @@ impl CameraModel {
         }
     }
 
-    /// The parameters of `camera`.
     pub(crate) fn values(self, camera: &Camera) -> Vec<f64> {
         let (focal, centre) = (camera.focal(), camera.principal_point());
         let coefficients = match camera.lens() {
@@ -75,7 +73,6 @@ impl CameraModel {
         values
     }
 
-    /// The camera with these parameters.
     pub(crate) fn camera(self, values: &[f64], size: ImageSize) -> Result<Camera, GeometryError> {
         if let &[f] = values {
             return Camera::pinhole(size, DVec2::splat(f), size.as_dvec2() / 2.0);

@@ -116,12 +116,9 @@ impl CornerDetector {
     }
 }
 
-/// Each pixel the mean of four.
 fn halved(grey: &[u8], width: usize, height: usize) -> Vec<u8> {
     let at = |x: usize, y: usize| u32::from(grey[y * width + x]);
     let mean = |x: usize, y: usize| (at(x, y) + at(x + 1, y) + at(x, y + 1) + at(x + 1, y + 1) + 2) / 4;
-    (0..height / 2)
-        .flat_map(|y| (0..width / 2).map(move |x| (2 * x, 2 * y)))
-        .map(|(x, y)| mean(x, y) as u8)
-        .collect()
+    let places = (0..height / 2).flat_map(|y| (0..width / 2).map(move |x| (2 * x, 2 * y)));
+    places.map(|(x, y)| mean(x, y) as u8).collect()
 }

@@ -21,14 +21,14 @@ pub enum CalibrationError {
         /// Views needed.
         expected: usize,
     },
-    /// The views leave the camera open.
+    /// The views leave the focal length open: its standard deviation as a fraction of it, infinite where nothing fits.
     #[error(
         "the views leave the focal length open (standard deviation {:.0} %): tilt the target or the camera by 20 to 40 degrees, \
          each time another way",
-        100.0 * deviation
+        100.0 * .0
     )]
-    Undetermined {
-        /// Standard deviation of the focal length as a fraction of it; infinite where nothing fits.
-        deviation: f64,
-    },
+    Undetermined(f64),
 }
+
+/// The result of boards and calibrations.
+pub(crate) type Result<T, E = CalibrationError> = std::result::Result<T, E>;

@@ -59,23 +59,19 @@ pub fn focal_length(homographies: &[DMat3]) -> Option<f64> {
 /// The pose of a plane that `camera` sees: the motion from the target's frame (z = 0) to the camera's. `None` for points on a line
 /// or a plane behind the camera.
 pub fn pose(camera: &Camera, points: &[Correspondence]) -> Option<RigidMotion> {
-    let rays: Vec<_> = (points.iter())
-        .map(|point| (point.place_mm, camera.ray_from_pixel(point.pixel)))
-        .collect();
-    let h = homography(&rays)?;
+    let ray = |point: &Correspondence| (point.place_mm, camera.ray_from_pixel(point.pixel));
+    let h = homography(&points.iter().map(ray).collect::<Vec<_>>())?;
     let scale = 2.0 / (h.x_axis.length() + h.y_axis.length());
     let scale = if h.z_axis.z < 0.0 { -scale } else { scale };
     let (x, y) = (h.x_axis * scale, h.y_axis * scale);
     // The rotation nearest to these axes. Each counts both ways, so that their mean is the origin.
     let axes = [(DVec3::X, x), (DVec3::Y, y), (DVec3::Z, x.cross(y))];
-    let both = axes
-        .into_iter()
-        .flat_map(|(from, to)| [(from, to, 1.0), (-from, -to, 1.0)]);
+    let axes = axes.into_iter();
+    let both = axes.flat_map(|(from, to)| [(from, to, 1.0), (-from, -to, 1.0)]);
     let pose = RigidMotion {
         translation: h.z_axis * scale,
         ..RigidMotion::align(both, RigidMotion::IDENTITY)
     };
-    (points.iter())
-        .all(|point| camera.project(pose.apply(point.place_mm.extend(0.0))).is_some())
-        .then_some(pose)
+    let is_seen = |point: &Correspondence| camera.project(pose.apply(point.place_mm.extend(0.0))).is_some();
+    points.iter().all(is_seen).then_some(pose)
 }

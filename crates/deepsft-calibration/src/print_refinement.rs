@@ -60,7 +60,6 @@ fn local_map(matches: &[Correspondence], place: DVec2) -> Option<(DVec2, DMat2)>
     (map.1.determinant() > 0.0).then_some(map)
 }
 
-/// The affine map with the least squares.
 fn affine(pairs: &[(DVec2, DVec2)]) -> Option<(DVec2, DMat2)> {
     let count = pairs.len() as f64;
     let (from, to) = pairs.iter().fold((DVec2::ZERO, DVec2::ZERO), |(a, b), (p, q)| {
@@ -89,26 +88,16 @@ fn aligned(
         .collect();
     // What a pixel sees: the mean over its area.
     let seen = |offset: DVec2| {
-        let corners = [[-0.25, -0.25], [0.25, -0.25], [-0.25, 0.25], [0.25, 0.25]];
-        corners
-            .iter()
-            .map(|corner| print(place + mm_per_pixel * (offset + DVec2::from(*corner))))
-            .sum::<f64>()
-            / 4.0
+        let corners = [[-0.25, -0.25], [0.25, -0.25], [-0.25, 0.25], [0.25, 0.25]].map(DVec2::from);
+        let at = |corner: DVec2| print(place + mm_per_pixel * (offset + corner));
+        corners.into_iter().map(at).sum::<f64>() / 4.0
     };
     let (piece, deviation) = normalised(offsets.iter().map(|o| seen(*o)))?;
-    let slopes: Vec<DVec2> = offsets
-        .iter()
-        .map(|o| {
-            DVec2::new(
-                seen(o + DVec2::X) - seen(o - DVec2::X),
-                seen(o + DVec2::Y) - seen(o - DVec2::Y),
-            ) / (2.0 * deviation)
-        })
-        .collect();
-    let matrix = slopes
-        .iter()
-        .fold(DMat2::ZERO, |sum, s| sum + DMat2::from_cols(*s * s.x, *s * s.y));
+    let along = |o: DVec2, axis: DVec2| seen(o + axis) - seen(o - axis);
+    let slope = |o: &DVec2| DVec2::new(along(*o, DVec2::X), along(*o, DVec2::Y)) / (2.0 * deviation);
+    let slopes: Vec<DVec2> = offsets.iter().map(slope).collect();
+    let squares = slopes.iter().map(|s| DMat2::from_cols(*s * s.x, *s * s.y));
+    let matrix = squares.fold(DMat2::ZERO, |sum, square| sum + square);
     let (half_trace, determinant) = ((matrix.x_axis.x + matrix.y_axis.y) / 2.0, matrix.determinant());
     let flattest = half_trace - (half_trace * half_trace - determinant).max(0.0).sqrt();
     if flattest < MIN_SLOPE * offsets.len() as f64 {
@@ -123,10 +112,8 @@ fn aligned(
             return None;
         }
         let (image, _) = normalised(offsets.iter().map(|o| grey(photograph, at + o)))?;
-        let step = -(inverse
-            * (0..offsets.len())
-                .map(|k| slopes[k] * (image[k] - piece[k]))
-                .sum::<DVec2>());
+        let pulls = slopes.iter().zip(image.iter().zip(&piece));
+        let step = -(inverse * pulls.map(|(slope, (a, b))| *slope * (a - b)).sum::<DVec2>());
         at += step;
         if step.length() < 0.003 {
             let correlation = image.iter().zip(&piece).map(|(a, b)| a * b).sum::<f64>() / offsets.len() as f64;

@@ -257,10 +257,7 @@ fn too_few_views_and_parallel_ones_are_refused() {
     let parallel = [0.0, 1.0, 2.0, 3.0].map(|k| ([0.0, 0.0, 0.2 * k], [-100.0 + 20.0 * k, -60.0, 400.0 + 30.0 * k]));
     for model in [None, Some(CameraModel::Focal), Some(CameraModel::Pinhole)] {
         let error = calibrate(&views(&ordinary(), &parallel, 0.25), SIZE, model).unwrap_err();
-        assert!(
-            matches!(error, CalibrationError::Undetermined { .. }),
-            "{model:?} {error}"
-        );
+        assert!(matches!(error, CalibrationError::Undetermined(_)), "{model:?} {error}");
         assert!(error.to_string().contains("tilt the target"), "{error}");
     }
 }

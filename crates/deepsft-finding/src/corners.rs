@@ -15,7 +15,6 @@ const CELL: usize = 32;
 /// Across from the centre to the pixels of the circle of radius 3, clockwise from the top; down it is the same a quarter earlier.
 const CIRCLE: [isize; 16] = [0, 1, 2, 3, 3, 3, 2, 1, 0, -1, -2, -3, -3, -3, -2, -1];
 
-/// A corner of one level.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Corner {
     pub x: u16,

@@ -30,7 +30,6 @@ pub(crate) const IMAGE: FeatureOptions = FeatureOptions {
     threshold: 8,
 };
 
-/// A corner.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Feature {
     /// Position in the whole picture, pixels, pixel centres at half integers.
@@ -45,7 +44,6 @@ pub(crate) struct Feature {
 #[derive(Clone, Debug, Default)]
 pub struct Features {
     pub(crate) all: Vec<Feature>,
-    /// One for each feature.
     pub(crate) descriptors: Vec<Descriptor>,
 }
 

@@ -4,8 +4,7 @@ use crate::consensus::{SMALLEST_GROUP, groups};
 use crate::descriptor::Descriptor;
 use crate::features::Features;
 use crate::grade::PictureGrade;
-use crate::guided_matching::{ImageEvidence, guided_matches};
-use crate::matching::{Match, matches};
+use crate::matching::{ImageEvidence, Match, guided_matches, matches};
 use crate::shape_solver::ShapeSolver;
 use crate::target::PictureTarget;
 use deepsft_geometry::glam::{DVec3, Vec2};
@@ -209,9 +208,8 @@ impl FeatureFinder {
             let is_held_out =
                 |m: &Match| (m.pixel.as_dvec2() / (SQUARE_PX * pixel)).as_ivec2().element_sum() & 1 == half;
             let (held_out, rest): (Vec<Match>, Vec<Match>) = near.iter().partition(|m| is_held_out(m));
-            let bent = self
-                .solver
-                .bend(camera, &rest, vertices, FIRST_DEVIATION_PX * pixel, false)?;
+            let deviation = FIRST_DEVIATION_PX * pixel;
+            let bent = self.solver.bend(camera, &rest, vertices, deviation, false)?;
             agreement += self.solver.agreement(camera, &held_out, &bent, HALF_PX * pixel);
         }
         // Mean and variance of what a match counts whose place is uniform in the disc.

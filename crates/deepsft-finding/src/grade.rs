@@ -5,7 +5,7 @@
 //! prints graded good 95 % were found, of fair ones 89 %, of poor ones 53 %, of hopeless ones 10 %: chosen and measured on the same
 //! prints.
 
-use crate::hamming::distances;
+use crate::descriptor::distances;
 use crate::matching::ELSEWHERE_PX;
 use crate::target::PictureTarget;
 use deepsft_geometry::glam::Vec2;
@@ -58,6 +58,16 @@ pub enum GradeLevel {
 }
 
 impl GradeLevel {
+    /// The level of a share by the least share of each level but the worst.
+    pub(crate) fn of(share: f64, [poor, fair, good]: [f64; 3]) -> Self {
+        match share {
+            share if share < poor => Self::Hopeless,
+            share if share < fair => Self::Poor,
+            share if share < good => Self::Fair,
+            _ => Self::Good,
+        }
+    }
+
     /// Returns its name: `hopeless`, `poor`, `fair` or `good`.
     pub fn name(self) -> &'static str {
         match self {
@@ -119,9 +129,8 @@ impl PictureGrade {
         grade
     }
 
-    /// Level and advice from the figures of the whole print.
     fn judge(&mut self) {
-        use GradeLevel::{Fair, Good, Hopeless, Poor};
+        use GradeLevel::{Good, Hopeless, Poor};
         let [faint, dull] = CONTRAST;
         if self.contrast < dull {
             let level = if self.contrast < faint { Hopeless } else { Poor };
@@ -141,13 +150,7 @@ impl PictureGrade {
                 "The same motif is repeated over the picture: one place is taken for another. Make places differ.";
             self.lower(level, sentence);
         }
-        let [none, little, enough] = COVERED;
-        let level = match self.covered {
-            c if c < none => Hopeless,
-            c if c < little => Poor,
-            c if c < enough => Fair,
-            _ => Good,
-        };
+        let level = GradeLevel::of(self.covered, COVERED);
         if level < Good && self.advice.is_empty() {
             let sentence = match level {
                 Hopeless => "There is next to nothing in the picture to hold on to: it needs edges and corners.",
@@ -214,7 +217,6 @@ fn twins(target: &PictureTarget) -> [Vec<bool>; 2] {
     [any, opposite]
 }
 
-/// The share of the print's cells that tell.
 fn covered(target: &PictureTarget, has_twin: &[bool]) -> f64 {
     let size = target.template.size_mm().as_vec2();
     let cell = size.max_element() / CELLS as f32;

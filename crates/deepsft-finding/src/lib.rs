@@ -20,8 +20,6 @@ mod descriptor;
 mod features;
 mod finder;
 mod grade;
-mod guided_matching;
-mod hamming;
 mod matching;
 mod pyramid;
 mod shape_solver;

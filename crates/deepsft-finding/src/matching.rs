@@ -1,10 +1,12 @@
-//! Matches between the features of an image and those of a target.
+//! Matches between the features of an image and those of a target: anywhere, and where a mesh has them.
 
-use crate::descriptor::BITS;
+use crate::descriptor::{BITS, distances};
 use crate::features::Features;
-use crate::hamming::distances;
 use crate::target::PictureTarget;
-use deepsft_geometry::glam::Vec2;
+use deepsft_geometry::glam::{DVec2, DVec3, Vec2};
+use deepsft_geometry::raster::VisibleSurface;
+use deepsft_geometry::{Camera, GeometryError, ImageSize, TriangleMesh};
+use std::f32::consts::{PI, TAU};
 
 /// Matches whose descriptors differ in more than this fraction of their bits are none.
 const MAX_DIFFERENT: f32 = 0.33;
@@ -30,7 +32,6 @@ pub struct Match {
 }
 
 impl Match {
-    /// The match of feature `image` of `features` with feature `other` of `target`.
     pub(crate) fn of(features: &Features, image: usize, target: &PictureTarget, other: usize) -> Self {
         let feature = &features.all[image];
         Self {
@@ -65,6 +66,125 @@ pub(crate) fn matches(features: &Features, target: &PictureTarget) -> Vec<Match>
     }
     found.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
     found.into_iter().map(|(_, found)| found).collect()
+}
+
+/// Matches that a mesh guides may differ in this fraction of their bits.
+const GUIDED_DIFFERENT: f32 = 0.25;
+
+/// The best of them must be this much nearer than the best one elsewhere on the target: fine texture has a similar corner near every place.
+const GUIDED_RATIO: f32 = 0.9;
+
+/// Largest angle between a match and the mesh, radians.
+const TURN: f32 = 0.5;
+
+/// Largest ratio of the sizes of a match on the sheet and in the image, either way.
+const SCALING: f32 = 2.2;
+
+/// How much coarser than the image the surface is drawn: it only has to name the face that a feature lies on.
+const COARSER: usize = 4;
+
+/// For each feature of the image on the surface of `mesh` with its vertices at `vertices`: the most similar feature of the target
+/// whose place is within `search_px` pixels, where it stands out. Without features: those of `candidates` that lie so near.
+pub(crate) fn guided_matches(
+    seen: &ImageEvidence<'_>,
+    target: &PictureTarget,
+    (mesh, vertices): (&TriangleMesh, &[DVec3]),
+    search_px: f64,
+) -> Result<Vec<Match>, GeometryError> {
+    let surface = ProjectedMesh::new(mesh, vertices, seen.camera, target.template.size_mm())?;
+    let (features, others) = (seen.features, &target.features);
+    let most = (GUIDED_DIFFERENT * BITS as f32) as u16;
+    let elsewhere_mm = ELSEWHERE_PX * target.mm_per_pixel;
+    let (mut compared, mut found) = (Vec::new(), Vec::new());
+    for (image, (feature, descriptor)) in features.all.iter().zip(&features.descriptors).enumerate() {
+        let Some(expected) = surface.at(feature.position) else {
+            continue;
+        };
+        let fits = |&other: &usize| {
+            let angle = others.all[other].angle - feature.angle;
+            expected.fits(angle, target.scale_mm(other) / feature.scale)
+        };
+        let reach = search_px as f32 * expected.mm_per_pixel;
+        let near = target.near(expected.place, reach).filter(fits);
+        compared.clear();
+        compared.extend(near.map(|other| (descriptor.distance(&others.descriptors[other]), other)));
+        let Some(&(least, best)) = compared.iter().min().filter(|(least, _)| *least <= most) else {
+            continue;
+        };
+        let is_clear = |&(distance, other): &(u16, usize)| {
+            let is_rival = target.places[other].distance(target.places[best]) > elsewhere_mm;
+            !is_rival || f32::from(least + 1) <= GUIDED_RATIO * f32::from(distance + 1)
+        };
+        if compared.iter().all(is_clear) {
+            found.push(Match::of(features, image, target, best));
+        }
+    }
+    if features.is_empty() {
+        found.extend(seen.candidates.iter().filter(|m| {
+            surface.at(m.pixel).is_some_and(|expected| {
+                let reach = search_px as f32 * expected.mm_per_pixel;
+                expected.place.distance(m.place) <= reach && expected.fits(m.angle, m.scale)
+            })
+        }));
+    }
+    Ok(found)
+}
+
+/// What an image shows: its features, and matches from elsewhere.
+pub(crate) struct ImageEvidence<'a> {
+    pub candidates: &'a [Match],
+    pub features: &'a Features,
+    pub camera: &'a Camera,
+}
+
+struct ProjectedMesh {
+    coarse: VisibleSurface,
+    /// Pixels of the coarse image per pixel.
+    scale: DVec2,
+    size_mm: DVec2,
+    focal: f64,
+}
+
+impl ProjectedMesh {
+    fn new(mesh: &TriangleMesh, vertices: &[DVec3], camera: &Camera, size_mm: DVec2) -> Result<Self, GeometryError> {
+        let ImageSize { width, height } = camera.size();
+        let coarse = camera.resized((width.div_ceil(COARSER), height.div_ceil(COARSER)))?;
+        Ok(Self {
+            coarse: VisibleSurface::new(mesh, vertices, &coarse),
+            scale: coarse.size().as_dvec2() / camera.size().as_dvec2(),
+            size_mm,
+            focal: camera.focal().x,
+        })
+    }
+
+    /// What the surface says of a match at `pixel`. `None` where its front is not seen.
+    fn at(&self, pixel: Vec2) -> Option<Expected> {
+        let at = pixel.as_dvec2() * self.scale;
+        let triangle = self.coarse.triangle_at(at).filter(|triangle| triangle.front)?;
+        let point = triangle.seen_point(at.x, at.y);
+        // Change of the place for a step in the image: the rotation nearest to the matrix with these columns.
+        let [x, y] = [point.duv_dx * self.scale.x, point.duv_dy * self.scale.y].map(|step| step * self.size_mm);
+        Some(Expected {
+            place: (point.uv * self.size_mm).as_vec2(),
+            turn: (x.y - y.x).atan2(x.x + y.y) as f32,
+            mm_per_pixel: (point.depth_mm / self.focal) as f32,
+        })
+    }
+}
+
+/// What a surface says of a match.
+struct Expected {
+    place: Vec2,
+    turn: f32,
+    mm_per_pixel: f32,
+}
+
+impl Expected {
+    /// Whether a match with this angle and scale, see [`Match`], may be right.
+    fn fits(&self, angle: f32, scale: f32) -> bool {
+        let off = (angle - self.turn + PI).rem_euclid(TAU) - PI;
+        off.abs() < TURN && (SCALING.recip()..SCALING).contains(&(scale / self.mm_per_pixel))
+    }
 }
 
 #[cfg(test)]
@@ -102,10 +222,8 @@ mod tests {
         assert!(found.len() > 300, "{}", found.len());
         let right = found.iter().filter(|m| {
             let expected = Vec2::new(m.pixel.y, 300.0 - m.pixel.x);
-            let turn = (m.angle + std::f32::consts::FRAC_PI_2).rem_euclid(std::f32::consts::TAU);
-            m.place.distance(expected) < 3.0
-                && turn.min(std::f32::consts::TAU - turn) < 0.2
-                && (0.75..1.34).contains(&m.scale)
+            let turn = (m.angle + std::f32::consts::FRAC_PI_2).rem_euclid(TAU);
+            m.place.distance(expected) < 3.0 && turn.min(TAU - turn) < 0.2 && (0.75..1.34).contains(&m.scale)
         });
         let right = right.count();
         // Most of the others are corners of coarse levels, whose pixels are larger than 3 mm.

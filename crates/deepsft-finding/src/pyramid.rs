@@ -128,7 +128,6 @@ fn blurred(values: &[u8], width: usize) -> Vec<u8> {
     smooth
 }
 
-/// The sum of seven rows with the blur's weights.
 fn weighted<'a>(out: &mut [u16], row: impl Fn(usize) -> &'a [u16]) {
     let rows: [&[u16]; BLUR.len()] = std::array::from_fn(|k| &row(k)[..out.len()]);
     for (x, sum) in out.iter_mut().enumerate() {
@@ -139,10 +138,9 @@ fn weighted<'a>(out: &mut [u16], row: impl Fn(usize) -> &'a [u16]) {
 /// The picture with its longest side at most `longest` pixels.
 pub(crate) fn resized(picture: &Picture, longest: usize) -> Cow<'_, Picture> {
     let factor = picture.width().max(picture.height()) / longest;
-    let picture = if factor > 1 {
-        Cow::Owned(averaged(picture, factor))
-    } else {
-        Cow::Borrowed(picture)
+    let picture = match factor {
+        0 | 1 => Cow::Borrowed(picture),
+        _ => Cow::Owned(averaged(picture, factor)),
     };
     let side = picture.width().max(picture.height());
     if side <= longest {

@@ -20,7 +20,6 @@ const STEPS: usize = 10;
 const AFFINE_STEPS: usize = 8;
 const POSE_STEPS: usize = 40;
 
-/// The mesh that is brought to matches.
 #[derive(Debug)]
 pub(crate) struct ShapeSolver {
     shape: Shape,
@@ -116,55 +115,41 @@ impl ShapeSolver {
         matches.iter().filter_map(one).sum()
     }
 
-    /// The plane of `matches`: a sheet's own, else that of the part of the surface on which they are.
-    fn plane(&self, matches: &[Match]) -> Plane {
+    /// The plane of `matches`, a sheet's own, else that of the part of the surface on which they are: a point of it, two axes in it and the
+    /// one away from who sees it, and the places of matches in it, mm, with their pixels.
+    fn plane(&self, matches: &[Match]) -> (DVec3, DMat3, Vec<(DVec2, DVec2)>) {
         let Shape::Solid(mesh, _) = &self.shape else {
-            let places = matches.iter().map(|m| Some(m.place.as_dvec2() - self.size_mm / 2.0));
-            return Plane {
-                origin: DVec3::ZERO,
-                axes: DMat3::IDENTITY,
-                places: places.collect(),
-            };
+            let seen = |m: &Match| (m.place.as_dvec2() - self.size_mm / 2.0, m.pixel.as_dvec2());
+            return (DVec3::ZERO, DMat3::IDENTITY, matches.iter().map(seen).collect());
         };
-        let points: Vec<Option<SurfacePoint>> = matches.iter().map(|m| self.point(m)).collect();
-        let position = |point: &SurfacePoint| point.position(mesh.faces(), mesh.vertices());
-        let located = || points.iter().flatten();
-        let origin = located().map(position).sum::<DVec3>() / located().count().max(1) as f64;
-        let normal = |point: &SurfacePoint| {
+        let located = matches
+            .iter()
+            .filter_map(|m| Some((self.point(m)?, m.pixel.as_dvec2())));
+        let located: Vec<(SurfacePoint, DVec2)> = located.collect();
+        let position = |(point, _): &(SurfacePoint, DVec2)| point.position(mesh.faces(), mesh.vertices());
+        let origin = located.iter().map(position).sum::<DVec3>() / located.len().max(1) as f64;
+        let normal = |(point, _): &(SurfacePoint, DVec2)| {
             let [a, b, c] = mesh.faces()[point.face].map(|v| mesh.vertices()[v]);
             (b - a).cross(c - a).normalize_or_zero()
         };
         // As of a sheet: x to the right, y down, z away from who sees it.
-        let inwards = -located()
-            .map(normal)
-            .sum::<DVec3>()
-            .try_normalize()
-            .unwrap_or(DVec3::NEG_Z);
+        let outwards = located.iter().map(normal).sum::<DVec3>().try_normalize();
+        let inwards = -outwards.unwrap_or(DVec3::NEG_Z);
         let x = inwards.any_orthonormal_vector();
         let axes = DMat3::from_cols(x, inwards.cross(x), inwards);
-        let place =
-            |point: &Option<SurfacePoint>| Some((axes.transpose() * (position(&(*point)?) - origin)).truncate());
-        Plane {
-            origin,
-            axes,
-            places: points.iter().map(place).collect(),
-        }
+        let place = |at: &(SurfacePoint, DVec2)| ((axes.transpose() * (position(at) - origin)).truncate(), at.1);
+        (origin, axes, located.iter().map(place).collect())
     }
 
     /// The flat mesh, or the solid whose matches are taken for a plane, in the two poses that a weak perspective allows: tilted to either
     /// side. A pose with a match behind the camera is left out.
     pub fn flat_starts(&self, camera: &Camera, matches: &[Match]) -> Vec<Vec<DVec3>> {
-        let plane = self.plane(matches);
-        let seen = plane.places.iter().zip(matches);
-        let seen: Vec<_> = seen
-            .filter_map(|(place, m)| Some(((*place)?, m.pixel.as_dvec2())))
-            .collect();
-        let Some(affine) = Affine::fit(&seen) else {
+        let (origin, axes, seen) = self.plane(matches);
+        let Some((m, centre_template, centre_px)) = affine(&seen) else {
             return Vec::new();
         };
         let focal = camera.focal().x;
         // Singular values of the affine map: focal / depth, and the same shortened by the tilt.
-        let m = affine.matrix;
         let squares = m.transpose() * m;
         let (mean, half) = (
             (squares.x_axis.x + squares.y_axis.y) / 2.0,
@@ -180,21 +165,15 @@ impl ShapeSolver {
         let (zx, zy) = (out(x), out(y));
         // Columns of a rotation are at right angles.
         let sign = if x.dot(y) > 0.0 { -1.0 } else { 1.0 };
-        let centre = camera.unproject(affine.centre_px, depth);
+        let centre = camera.unproject(centre_px, depth);
         let start = |side: f64| {
             let (a, b) = (x.extend(side * zx), y.extend(side * sign * zy));
             let rotation = DMat3::from_cols(a, b, a.cross(b));
-            let at = |p: DVec3| rotation * (p - affine.centre_template.extend(0.0)) + centre;
+            let at = |p: DVec3| rotation * (p - centre_template.extend(0.0)) + centre;
             let before = |(place, _): &(DVec2, DVec2)| at(place.extend(0.0)).z > 0.0;
-            let in_plane = |p: &DVec3| plane.axes.transpose() * (*p - plane.origin);
-            let vertices = || {
-                self.mesh()
-                    .vertices()
-                    .iter()
-                    .map(|p| at(in_plane(p)))
-                    .collect::<Vec<_>>()
-            };
-            seen.iter().all(before).then(vertices)
+            let in_plane = |p: &DVec3| axes.transpose() * (*p - origin);
+            let vertices = self.mesh().vertices().iter().map(|p| at(in_plane(p)));
+            seen.iter().all(before).then(|| vertices.collect())
         };
         [1.0, -1.0].into_iter().filter_map(start).collect()
     }
@@ -217,58 +196,38 @@ fn pose(mesh: &TriangleMesh, camera: &Camera, points: &[ImagePoint], start: &[DV
     pose
 }
 
-/// A plane of the template, and the places of matches in it, mm.
-struct Plane {
-    origin: DVec3,
-    /// Two in the plane, and the one away from who sees it.
-    axes: DMat3,
-    places: Vec<Option<DVec2>>,
-}
-
-/// A robust affine map from a plane (mm) to the image (pixels).
-struct Affine {
-    matrix: DMat2,
-    centre_template: DVec2,
-    centre_px: DVec2,
-}
-
-impl Affine {
-    /// Of places and their pixels. `None` of fewer than three, or of those on one line.
-    fn fit(matches: &[(DVec2, DVec2)]) -> Option<Self> {
-        let place = |m: &(DVec2, DVec2)| m.0;
-        let pixel = |m: &(DVec2, DVec2)| m.1;
-        let mut weights = vec![1.0; matches.len()];
-        let mut fitted = None;
-        for _ in 0..AFFINE_STEPS {
-            let total: f64 = weights.iter().sum();
-            let mean = |f: &dyn Fn(&(DVec2, DVec2)) -> DVec2| {
-                matches.iter().zip(&weights).map(|(m, w)| *w * f(m)).sum::<DVec2>() / total
-            };
-            let (centre_template, centre_px) = (mean(&place), mean(&pixel));
-            let (mut moments, mut cross) = (DMat2::ZERO, DMat2::ZERO);
-            for (m, &w) in matches.iter().zip(&weights) {
-                let (p, q) = (place(m) - centre_template, pixel(m) - centre_px);
-                moments += DMat2::from_cols(p * p.x, p * p.y) * w;
-                cross += DMat2::from_cols(q * p.x, q * p.y) * w;
-            }
-            if moments.determinant().abs() < 1e-9 {
-                return None;
-            }
-            let matrix = cross * moments.inverse();
-            let error = |m: &(DVec2, DVec2)| (matrix * (place(m) - centre_template) + centre_px - pixel(m)).length();
-            let errors: Vec<f64> = matches.iter().map(error).collect();
-            let mut sorted = errors.clone();
-            sorted.sort_by(f64::total_cmp);
-            let scale = (2.0 * sorted[sorted.len() / 2]).max(2.0);
-            weights = errors.iter().map(|e| 1.0 / (1.0 + (e / scale).powi(2))).collect();
-            fitted = Some(Self {
-                matrix,
-                centre_template,
-                centre_px,
-            });
+/// A robust affine map from places in a plane (mm) to their pixels: its matrix, and the centres of both. `None` of fewer than three, or of those
+/// on one line.
+fn affine(matches: &[(DVec2, DVec2)]) -> Option<(DMat2, DVec2, DVec2)> {
+    let place = |m: &(DVec2, DVec2)| m.0;
+    let pixel = |m: &(DVec2, DVec2)| m.1;
+    let mut weights = vec![1.0; matches.len()];
+    let mut fitted = None;
+    for _ in 0..AFFINE_STEPS {
+        let total: f64 = weights.iter().sum();
+        let mean = |f: &dyn Fn(&(DVec2, DVec2)) -> DVec2| {
+            matches.iter().zip(&weights).map(|(m, w)| *w * f(m)).sum::<DVec2>() / total
+        };
+        let (centre_template, centre_px) = (mean(&place), mean(&pixel));
+        let (mut moments, mut cross) = (DMat2::ZERO, DMat2::ZERO);
+        for (m, &w) in matches.iter().zip(&weights) {
+            let (p, q) = (place(m) - centre_template, pixel(m) - centre_px);
+            moments += DMat2::from_cols(p * p.x, p * p.y) * w;
+            cross += DMat2::from_cols(q * p.x, q * p.y) * w;
         }
-        fitted
+        if moments.determinant().abs() < 1e-9 {
+            return None;
+        }
+        let matrix = cross * moments.inverse();
+        let error = |m: &(DVec2, DVec2)| (matrix * (place(m) - centre_template) + centre_px - pixel(m)).length();
+        let errors: Vec<f64> = matches.iter().map(error).collect();
+        let mut sorted = errors.clone();
+        sorted.sort_by(f64::total_cmp);
+        let scale = (2.0 * sorted[sorted.len() / 2]).max(2.0);
+        weights = errors.iter().map(|e| 1.0 / (1.0 + (e / scale).powi(2))).collect();
+        fitted = Some((matrix, centre_template, centre_px));
     }
+    fitted
 }
 
 #[cfg(test)]

@@ -91,22 +91,14 @@ impl FeatureFinder {
 
 impl SolidGrade {
     fn of(sides: [(&'static str, f64); 6]) -> Self {
-        use GradeLevel::{Fair, Good, Hopeless, Poor};
-        let [none, little, enough] = FOUND;
-        let level = match sides.iter().map(|(_, found)| found).sum::<f64>() / 6.0 {
-            share if share < none => Hopeless,
-            share if share < little => Poor,
-            share if share < enough => Fair,
-            _ => Good,
-        };
-        let lost: Vec<&str> = sides
-            .iter()
-            .filter(|(_, found)| *found < 0.5)
-            .map(|(name, _)| *name)
-            .collect();
+        let level = GradeLevel::of(sides.iter().map(|(_, found)| found).sum::<f64>() / 6.0, FOUND);
+        let lost = sides.iter().filter(|(_, found)| *found < 0.5);
+        let lost: Vec<&str> = lost.map(|(name, _)| *name).collect();
         let advice = match lost.as_slice() {
             [] => None,
-            _ if level == Hopeless => Some("Without training it is not found: train its own network.".to_owned()),
+            _ if level == GradeLevel::Hopeless => {
+                Some("Without training it is not found: train its own network.".to_owned())
+            }
             [one] => Some(format!(
                 "Without training it is hardly found from {one}: there its own network finds it."
             )),

@@ -40,13 +40,7 @@ impl PictureTarget {
         let [shortest, longest] = SIDES_MM;
         let size = template.size_mm();
         if size.min_element() < shortest || size.max_element() > longest {
-            return Err(TemplateError::PrintSize {
-                width: size.x,
-                height: size.y,
-                shortest,
-                longest,
-            }
-            .into());
+            return Err(TemplateError::PrintSize(size, SIDES_MM).into());
         }
         // The texture of a solid has all of its sides, as fine as a sheet's.
         let (longest_side, corners) = match template.is_sheet() {
@@ -104,7 +98,6 @@ impl PictureTarget {
     }
 }
 
-/// Grey levels between the darkest and the brightest hundredth of `picture`.
 fn contrast(picture: &Picture) -> u8 {
     let mut grey: Vec<u8> = picture.rgb().as_chunks().0.iter().map(|&c| luma(c) as u8).collect();
     grey.sort_unstable();

@@ -143,10 +143,6 @@ fn whole_image_scale(canonical: &Camera, source: &Camera) -> f64 {
         let [right, left] = [offset / limit, -offset / centre].map(|fraction| fraction.max_element());
         1.0 / right.max(left)
     };
-    source
-        .border_rays()
-        .flatten()
-        .map(scale_of)
-        .fold(1.0, f64::min)
-        .max(MIN_SCALE)
+    let scales = source.border_rays().flatten().map(scale_of);
+    scales.fold(1.0, f64::min).max(MIN_SCALE)
 }

@@ -1,9 +1,67 @@
-//! The error of cameras, pictures, maps and fits.
+//! The errors of meshes and templates, and of cameras, pictures, maps and fits.
 
 use crate::image::ImageSize;
-use crate::template_error::TemplateError;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use thiserror::Error;
+
+/// What is wrong with a mesh or a template.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum TemplateError {
+    /// A template's size in millimetres is not positive and finite.
+    #[error("template {side} is {actual} mm, expected a positive finite length")]
+    Size {
+        /// `width`, `height` or `diameter`.
+        side: &'static str,
+        /// The length met, mm.
+        actual: f64,
+    },
+    /// A print has a size that no print has, mm: the size met, and the shortest and longest sides allowed.
+    #[error("print is {} x {} mm, expected sides from {} to {} mm", .0.x, .0.y, .1[0], .1[1])]
+    PrintSize(DVec2, [f64; 2]),
+    /// Per-vertex arrays differ in length.
+    #[error("mesh has {actual} texture coordinates, expected one for each of {expected} vertices")]
+    TextureCoordinates {
+        /// Number of texture coordinates.
+        actual: usize,
+        /// Number of vertices.
+        expected: usize,
+    },
+    /// A vertex with this index or its texture coordinate is not finite.
+    #[error("vertex {0} is not finite")]
+    VertexNotFinite(usize),
+    /// A face names a vertex that is not there.
+    #[error("face {face} names vertex {vertex}, expected one of the mesh's {vertices} (from 0)")]
+    FaceIndex {
+        /// Index of the face.
+        face: usize,
+        /// The vertex it names.
+        vertex: usize,
+        /// Number of vertices.
+        vertices: usize,
+    },
+    /// A template's mesh has no faces.
+    #[error("mesh has no faces")]
+    MeshWithoutFaces,
+    /// The face of a template's mesh with this index has no area.
+    #[error("face {0} has no area")]
+    DegenerateFace(usize),
+    /// The vertex of a template's mesh with this index belongs to no face.
+    #[error("vertex {0} belongs to no face")]
+    UnusedVertex(usize),
+    /// A texture coordinate of the vertex with this index lies outside the texture.
+    #[error("vertex {0} has the texture coordinates ({u}, {v}), expected both between 0 and 1", u = .1.x, v = .1.y)]
+    TextureOutside(usize, DVec2),
+    /// Two neighbouring faces of a template's mesh, with these indices, have their fronts on different sides.
+    #[error("faces {0} and {1} share an edge and have their fronts on different sides of the surface")]
+    FaceOrientation(usize, usize),
+    /// Parts of a template's surface share so much of the used texture, percent: a registration would not tell them apart.
+    #[error(
+        "{0:.1} % of the used texture belongs to more than one part of the surface: a registration could not tell them \
+         apart"
+    )]
+    ChartsOverlap(f64),
+}
 
 /// What is wrong with a camera, a picture, a pair of maps or a fit.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -59,30 +117,21 @@ pub enum GeometryError {
         /// Its energy.
         energy: f64,
     },
-    /// A term couples vertices that the solver was not prepared for.
-    #[error("{term} couples vertices that the solver was not made for, or that are not there")]
-    Coupling {
-        /// Name of the term.
-        term: &'static str,
-    },
+    /// The term of this name couples vertices that the solver was not prepared for.
+    #[error("{0} couples vertices that the solver was not made for, or that are not there")]
+    Coupling(&'static str),
     /// A network's rest positions were to be read without the template that they are of.
     #[error("the network says rest positions, and there is no template to find them on")]
     NoRestSurface,
     /// No vertex is visible: nothing says where the object is.
     #[error("no vertex is visible")]
     NoVisibleVertex,
-    /// A matrix that must be positive definite is not, numerically, or its factorisation does not fit into memory.
-    #[error("system of {unknowns} unknowns is numerically singular or too large")]
-    Singular {
-        /// Number of unknowns.
-        unknowns: usize,
-    },
-    /// An operation that only a flat sheet's regular grid allows.
-    #[error("{operation} needs a template that is a flat sheet; this one is a mesh")]
-    NotASheet {
-        /// What was asked for.
-        operation: &'static str,
-    },
+    /// The matrix of so many unknowns is not positive definite, numerically, or its factorisation does not fit into memory.
+    #[error("system of {0} unknowns is numerically singular or too large")]
+    Singular(usize),
+    /// This operation needs a flat sheet's regular grid.
+    #[error("{0} needs a template that is a flat sheet; this one is a mesh")]
+    NotASheet(&'static str),
     /// A picture or maps do not have the size of what they belong to.
     #[error("image or maps of {actual} pixels, expected {expected}")]
     MapSize {
@@ -93,25 +142,23 @@ pub enum GeometryError {
     },
 }
 
+/// The result of cameras, pictures, maps and fits.
+pub(crate) type Result<T, E = GeometryError> = std::result::Result<T, E>;
+
 /// Refuses a start shape that does not have the `expected` number of vertices.
-pub(crate) fn check_start(start: &[DVec3], expected: usize) -> Result<(), GeometryError> {
+pub(crate) fn check_start(start: &[DVec3], expected: usize) -> Result<()> {
     let actual = start.len();
-    if actual == expected {
-        Ok(())
-    } else {
-        Err(GeometryError::StartLength { actual, expected })
-    }
+    let fits = actual == expected;
+    fits.then_some(())
+        .ok_or(GeometryError::StartLength { actual, expected })
 }
 
 /// Refuses pictures and maps of a size that is not the `expected` one.
 ///
 /// # Errors
 /// [`GeometryError::MapSize`].
-pub fn check_size(actual: impl Into<ImageSize>, expected: impl Into<ImageSize>) -> Result<(), GeometryError> {
+pub fn check_size(actual: impl Into<ImageSize>, expected: impl Into<ImageSize>) -> Result<()> {
     let (actual, expected) = (actual.into(), expected.into());
-    if actual == expected {
-        Ok(())
-    } else {
-        Err(GeometryError::MapSize { actual, expected })
-    }
+    let fits = actual == expected;
+    fits.then_some(()).ok_or(GeometryError::MapSize { actual, expected })
 }

@@ -26,18 +26,15 @@ mod camera;
 mod canonical_views;
 mod completion;
 mod error;
-mod evidence;
 pub mod fitting;
 mod flat_print;
 mod image;
 mod maps;
 mod mesh;
-mod print_shading;
 mod recovery;
 mod sheet_sides;
 pub mod solver;
 mod surface;
-mod template_error;
 mod unrolling;
 mod verdict;
 
@@ -50,9 +47,8 @@ pub use canonical_views::CanonicalViews;
 pub use completion::{
     ArapCompletion, Completion, CompletionEnergy, CompletionOptions, MapsCompletion, VertexPoint, VisibleVertices,
 };
-pub use error::{GeometryError, check_size};
-pub use evidence::Evidence;
-pub use fitting::tracking;
+pub use error::{GeometryError, TemplateError, check_size};
+pub use fitting::{catmull_rom, tracking};
 pub use flat_print::{FlatMedian, FlatPrint};
 pub use glam;
 pub use image::{GreyMipmap, ImageSize, MipLevel, Picture, Region, luma, turned_clockwise};
@@ -61,11 +57,10 @@ pub use maps::{
     relit_photo_consistency_error, remove_islands, visible_surface,
 };
 pub use mesh::{
-    DisjointSets, RestSurface, RigidMotion, Side, Template, Topology, TriangleMesh, Welding, catmull_rom, rows_within,
+    DisjointSets, RestSurface, RigidMotion, Side, Template, Topology, TriangleMesh, Welding, rows_within,
     texture_barycentric,
 };
 pub use recovery::MeshRecovery;
-pub use surface::Surface;
-pub use template_error::TemplateError;
+pub use surface::{Evidence, Surface};
 pub use unrolling::{UnrollError, UnrolledSheet, unroll};
 pub use verdict::Verdict;

@@ -99,7 +99,6 @@ pub(crate) fn sheet_sides(mesh: &TriangleMesh) -> Option<([Vec<usize>; 2], f64)>
     Some((sides, distance))
 }
 
-/// The faces with an edge in common, for each face.
 fn neighbours(mesh: &TriangleMesh) -> Vec<Vec<usize>> {
     let mut neighbours = vec![Vec::new(); mesh.faces().len()];
     for around in Side::by_edge(&Side::of(mesh.faces())) {

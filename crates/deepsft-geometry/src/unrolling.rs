@@ -1,11 +1,10 @@
 //! A scanned sheet laid flat.
 
-use crate::error::GeometryError;
+use crate::error::{GeometryError, Result, TemplateError};
 use crate::image::{MipLevel, Picture, luma};
 use crate::mesh::{SurfaceLocator, Template, Topology, TriangleMesh, Welding};
 use crate::sheet_sides::sheet_sides;
 use crate::solver::cholesky::SparseCholesky;
-use crate::template_error::TemplateError;
 use glam::{DMat2, DVec2, DVec3};
 use std::collections::{BTreeMap, VecDeque};
 use thiserror::Error;
@@ -40,45 +39,28 @@ const INWARDS: f64 = 0.01;
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum UnrollError {
-    /// A scan has more faces than can be laid flat.
-    #[error("mesh has {actual} faces, more than the {most} that can be laid flat: export it with fewer")]
-    Faces {
-        /// Faces met.
-        actual: usize,
-        /// Most that can be.
-        most: usize,
-    },
-    /// A scan of a sheet is in several pieces.
-    #[error("mesh is in {actual} pieces, a sheet is one: keep the sheet alone and delete what flies around it")]
-    Pieces {
-        /// Pieces met.
-        actual: usize,
-    },
+    /// A scan has so many faces: more than can be laid flat.
+    #[error("mesh has {0} faces, more than the {most} that can be laid flat: export it with fewer", most = MAX_FACES)]
+    Faces(usize),
+    /// A scan of a sheet is in so many pieces.
+    #[error("mesh is in {0} pieces, a sheet is one: keep the sheet alone and delete what flies around it")]
+    Pieces(usize),
     /// A closed surface has no front that could be laid flat.
     #[error("mesh is closed, so it has a volume and cannot be laid flat; of a sheet, keep its front alone")]
     WithoutBorder,
-    /// A surface cannot be laid flat without stretching it.
+    /// A surface cannot be laid flat without stretching it so much, percent on average.
     #[error(
-        "surface stretches by {percent:.0} % when it is laid flat, a sheet by {max_percent:.0} % at most: it bulges or closes to a \
-         tube"
+        "surface stretches by {0:.0} % when it is laid flat, a sheet by {most:.0} % at most: it bulges or closes to a tube",
+        most = 100.0 * MAX_STRETCH
     )]
-    Stretch {
-        /// Mean stretch, percent.
-        percent: f64,
-        /// Most of a sheet, percent.
-        max_percent: f64,
-    },
-    /// The outline of a sheet is no rectangle.
+    Stretch(f64),
+    /// The outline of a sheet is no rectangle: it fills so much of the one around it, percent.
     #[error(
-        "surface fills {percent:.0} % of the rectangle around it when it is laid flat, expected {min_percent:.0} % or more: only \
-         rectangular sheets can be followed"
+        "surface fills {0:.0} % of the rectangle around it when it is laid flat, expected {least:.0} % or more: only \
+         rectangular sheets can be followed",
+        least = 100.0 * MIN_FILLED
     )]
-    Outline {
-        /// Part of the rectangle that is filled, percent.
-        percent: f64,
-        /// Least of a sheet, percent.
-        min_percent: f64,
-    },
+    Outline(f64),
     /// The scan's mesh or the flat sheet cannot be used.
     #[error(transparent)]
     Template(#[from] TemplateError),
@@ -116,10 +98,7 @@ pub struct UnrolledSheet {
 pub fn unroll(template: &Template) -> Result<UnrolledSheet, UnrollError> {
     let faces = template.mesh().faces().len();
     if faces > MAX_FACES {
-        return Err(UnrollError::Faces {
-            actual: faces,
-            most: MAX_FACES,
-        });
+        return Err(UnrollError::Faces(faces));
     }
     let welding = Welding::of(template.mesh())?;
     match side_with_more(template, &welding) {
@@ -157,7 +136,6 @@ fn side_with_more(template: &Template, welding: &Welding) -> Option<UnrolledShee
     })
 }
 
-/// The faces of a mesh with their vertices.
 fn part_of(mesh: &TriangleMesh, faces: &[usize]) -> Result<TriangleMesh, TemplateError> {
     let mut vertices: Vec<usize> = faces.iter().flat_map(|&face| mesh.faces()[face]).collect();
     vertices.sort_unstable();
@@ -192,24 +170,16 @@ fn unroll_side(template: &Template, welding: &Welding) -> Result<UnrolledSheet, 
         return Err(UnrollError::WithoutBorder);
     }
     if topology.pieces > 1 {
-        return Err(UnrollError::Pieces {
-            actual: topology.pieces,
-        });
+        return Err(UnrollError::Pieces(topology.pieces));
     }
     let (flat, stretch) = flat_layout(welding.mesh())?;
     if stretch > MAX_STRETCH {
-        return Err(UnrollError::Stretch {
-            percent: 100.0 * stretch,
-            max_percent: 100.0 * MAX_STRETCH,
-        });
+        return Err(UnrollError::Stretch(100.0 * stretch));
     }
     let (flat, size) = upright(&flat, welding.mesh());
     let filled = area(&flat, welding.mesh()) / (size.x * size.y);
     if filled < MIN_FILLED {
-        return Err(UnrollError::Outline {
-            percent: 100.0 * filled,
-            min_percent: 100.0 * MIN_FILLED,
-        });
+        return Err(UnrollError::Outline(100.0 * filled));
     }
     let picture = flat_picture(template, welding, &flat, size)?;
     Ok(UnrolledSheet {
@@ -228,7 +198,7 @@ fn in_plane([a, b, c]: [DVec3; 3]) -> [DVec2; 3] {
 }
 
 /// The vertices in the plane, of the surface's own area, and the mean stretch.
-fn flat_layout(mesh: &TriangleMesh) -> Result<(Vec<DVec2>, f64), GeometryError> {
+fn flat_layout(mesh: &TriangleMesh) -> Result<(Vec<DVec2>, f64)> {
     let count = mesh.vertices().len();
     let pins = far_apart(mesh);
     let distance = mesh.vertices()[pins[0]].distance(mesh.vertices()[pins[1]]);

@@ -63,41 +63,26 @@ mod tests {
 
     #[test]
     fn half_of_a_large_print_is_enough_unless_the_next_row_is_as_likely_or_the_print_is_small() {
-        let found = |explained: f64, ambiguity: Option<f64>, confirmed_px: f64| {
+        let found = |[correlation, explained, confirmed_px, detail]: [f64; 4], ambiguity: Option<f64>| {
             let verdict = Verdict {
-                correlation: 0.8,
+                correlation,
                 explained,
                 confirmed_px,
-                detail: 1.0,
+                detail,
                 ambiguity,
             };
             verdict.is_found()
         };
-        assert!(found(0.5, None, 2e4) && found(0.5, Some(0.3), 2e4));
-        assert!(!found(0.3, None, 2e4) && !found(0.5, Some(0.8), 2e4));
+        let of_print = |explained: f64, ambiguity: Option<f64>| found([0.8, explained, 2e4, 1.0], ambiguity);
+        assert!(of_print(0.5, None) && of_print(0.5, Some(0.3)));
+        assert!(!of_print(0.3, None) && !of_print(0.5, Some(0.8)));
         // A form that was filled in.
-        assert!(found(0.45, Some(0.65), 2e4));
-        assert!(found(0.9, Some(0.8), 2e4) && !found(0.9, Some(0.96), 2e4));
-        assert!(!found(0.9, None, 1500.0) && !Verdict::default().is_found());
-        let close_up = |explained: f64| Verdict {
-            correlation: 0.6,
-            explained,
-            confirmed_px: 2e4,
-            detail: 2.0,
-            ..Verdict::default()
-        };
-        assert!(close_up(0.25).is_found() && !close_up(0.15).is_found());
+        assert!(of_print(0.45, Some(0.65)));
+        assert!(of_print(0.9, Some(0.8)) && !of_print(0.9, Some(0.96)));
+        assert!(!found([0.8, 0.9, 1500.0, 1.0], None) && !Verdict::default().is_found());
+        // Close-ups.
+        assert!(found([0.6, 0.25, 2e4, 2.0], None) && !found([0.6, 0.15, 2e4, 2.0], None));
         // A corner of a card that is read well, and a larger part of a sheet that resembles what is seen.
-        let corner = Verdict {
-            correlation: 0.92,
-            confirmed_px: 1950.0,
-            ..close_up(0.99)
-        };
-        let resembling = Verdict {
-            correlation: 0.45,
-            confirmed_px: 3000.0,
-            ..close_up(0.8)
-        };
-        assert!(corner.is_found() && !resembling.is_found());
+        assert!(found([0.92, 0.99, 1950.0, 2.0], None) && !found([0.45, 0.8, 3000.0, 2.0], None));
     }
 }

@@ -67,7 +67,7 @@ pub fn assemble_scan(scan: Scan) -> Result<ScannedTemplate, FormatError> {
                 let placed = surface.vertices.iter().zip(placed).map(in_region).collect();
                 match Template::of_mesh(surface.mesh(placed)?, texture) {
                     Ok(template) => Ok((template, moved, regions.len())),
-                    Err(TemplateError::ChartsOverlap { percent }) => Err(format!(
+                    Err(TemplateError::ChartsOverlap(percent)) => Err(format!(
                         "{percent:.1} % of its texture belongs to several places of its surface"
                     )),
                     Err(error) => return Err(error.into()),

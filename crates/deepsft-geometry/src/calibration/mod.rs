@@ -1,6 +1,5 @@
 //! The camera from what it sees of a known sheet.
 
-mod camera_parameters;
 mod self_calibration;
 mod view;
 

@@ -1,9 +1,8 @@
 //! The camera from a sheet that bends.
 
-use super::camera_parameters::{between, stepped};
-use super::view::{ASPECT, PARAMETERS, Reduced, View};
+use super::view::{ASPECT, PARAMETERS, Reduced, View, between, stepped};
 use crate::camera::Camera;
-use crate::error::{GeometryError, check_size, check_start};
+use crate::error::{Result, check_size, check_start};
 use crate::fitting::mesh_fitter::{MeshFitter, RIGIDITY};
 use crate::image::{GreyImage, Picture};
 use crate::mesh::Template;
@@ -91,8 +90,8 @@ impl CalibratedCamera {
     /// The camera of the original images, from which canonical ones were made as those of `source`.
     ///
     /// # Errors
-    /// [`GeometryError::CameraParameter`] when that is no camera.
-    pub fn of_source(&self, source: &Camera) -> Result<Camera, GeometryError> {
+    /// [`GeometryError::CameraParameter`](crate::GeometryError::CameraParameter) when that is no camera.
+    pub fn of_source(&self, source: &Camera) -> Result<Camera> {
         stepped(source, between(&self.assumed, &self.camera))
     }
 }
@@ -128,9 +127,7 @@ pub struct SelfCalibration {
     updates: usize,
     /// The next view to be fitted for the next update.
     next: usize,
-    /// Views that were taken so far.
     taken: usize,
-    /// Whether a camera was found.
     is_found: bool,
 }
 
@@ -138,8 +135,8 @@ impl SelfCalibration {
     /// Prepares everything that does not depend on the views.
     ///
     /// # Errors
-    /// [`GeometryError::NotASheet`] for a template of another shape.
-    pub fn new(template: &Template, options: SelfCalibrationOptions) -> Result<Self, GeometryError> {
+    /// [`GeometryError::NotASheet`](crate::GeometryError::NotASheet) for a template of another shape.
+    pub fn new(template: &Template, options: SelfCalibrationOptions) -> Result<Self> {
         template.expect_sheet("telling the camera")?;
         Ok(Self {
             fitter: MeshFitter::new(template, RIGIDITY)?,
@@ -163,7 +160,6 @@ impl SelfCalibration {
         self.begin();
     }
 
-    /// Nothing is told yet.
     fn begin(&mut self) {
         (self.updates, self.next, self.is_found) = (0, 0, false);
         self.set_aspect(0.0);
@@ -174,14 +170,9 @@ impl SelfCalibration {
     /// others, between two updates of the camera. Another assumed camera starts afresh.
     ///
     /// # Errors
-    /// [`GeometryError::StartLength`] when the mesh does not have the template's vertices, [`GeometryError::MapSize`] when the image
+    /// [`GeometryError::StartLength`](crate::GeometryError::StartLength) when the mesh does not have the template's vertices, [`GeometryError::MapSize`](crate::GeometryError::MapSize) when the image
     /// is not of the camera's size.
-    pub fn offer(
-        &mut self,
-        image: &Picture,
-        assumed: &Camera,
-        vertices_camera: &[DVec3],
-    ) -> Result<bool, GeometryError> {
+    pub fn offer(&mut self, image: &Picture, assumed: &Camera, vertices_camera: &[DVec3]) -> Result<bool> {
         check_start(vertices_camera, self.fitter.template.mesh().vertices().len())?;
         check_size(image.size(), assumed.size())?;
         if self.cameras.is_none_or(|[known, _]| known != *assumed) {
@@ -219,8 +210,8 @@ impl SelfCalibration {
     /// updated; where that hardly changes it, it is returned.
     ///
     /// # Errors
-    /// [`GeometryError`] when a view cannot be fitted.
-    pub fn step(&mut self) -> Result<Option<CalibratedCamera>, GeometryError> {
+    /// [`GeometryError`](crate::GeometryError) when a view cannot be fitted.
+    pub fn step(&mut self) -> Result<Option<CalibratedCamera>> {
         let Some([assumed, camera]) = self.cameras else {
             return Ok(None);
         };
@@ -296,7 +287,7 @@ impl SelfCalibration {
     ///
     /// # Errors
     /// As [`SelfCalibration::step`].
-    pub fn solve(&mut self, max_updates: usize) -> Result<Option<CalibratedCamera>, GeometryError> {
+    pub fn solve(&mut self, max_updates: usize) -> Result<Option<CalibratedCamera>> {
         for _ in 0..max_updates * self.views.len() {
             if let Some(found) = self.step()? {
                 return Ok(Some(found));

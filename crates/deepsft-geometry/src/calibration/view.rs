@@ -1,13 +1,12 @@
-//! One view of the sheet, and what it says of the camera.
+//! One view of the sheet, and what it says of the camera, whose unknowns are numbers that can be solved for.
 
-use super::camera_parameters::pixel_gradients;
-use crate::camera::Camera;
-use crate::error::GeometryError;
+use crate::camera::{Camera, Lens};
+use crate::error::Result;
+use crate::fitting::measurements::Observation;
 use crate::fitting::mesh_fitter::{FitRound, MeshFitter};
-use crate::fitting::observation::Observation;
 use crate::image::GreyImage;
 use crate::solver::{Energy, Isometry, PhotoConsistency};
-use glam::{DMat4, DVec3, DVec4};
+use glam::{DMat4, DVec2, DVec3, DVec4};
 
 /// Correlation around a vertex below which something else is seen there.
 const HIDDEN: f64 = 0.4;
@@ -21,12 +20,10 @@ pub(super) const PARAMETERS: usize = 5;
 /// The place of the template's aspect among them: ln of how much wider the print is, beside its height, than it was said to be.
 pub(super) const ASPECT: usize = 4;
 
-/// An image and the mesh in it.
 #[derive(Debug)]
 pub(super) struct View {
     /// As they were taken, from 1.
     pub(super) number: usize,
-    /// Times that it was fitted.
     pub(super) fits: usize,
     pub(super) image: GreyImage,
     /// The coarse mesh as it was tracked, camera frame, mm.
@@ -37,9 +34,7 @@ pub(super) struct View {
     confidence: Vec<f32>,
     /// How the vertices move with the parameters.
     sensitivities: [Vec<DVec3>; PARAMETERS],
-    /// What it says of them.
     pub(super) reduced: Reduced,
-    /// What was left of the fit's energy.
     pub(super) energy: f64,
 }
 
@@ -125,12 +120,7 @@ impl View {
     }
 
     /// Fits the mesh before `camera`, and finds out what the view says of the parameters: nothing where the sheet is not seen.
-    pub(super) fn fit(
-        &mut self,
-        fitter: &mut MeshFitter,
-        camera: &Camera,
-        (blur, steps): (f32, usize),
-    ) -> Result<(), GeometryError> {
+    pub(super) fn fit(&mut self, fitter: &mut MeshFitter, camera: &Camera, (blur, steps): (f32, usize)) -> Result<()> {
         let round = FitRound {
             margin: MARGIN_PX,
             is_near: true,
@@ -209,4 +199,48 @@ fn linearized(
         }
     });
     (coupling, own)
+}
+
+/// The derivative of where `camera` shows a point (camera frame) with respect to its parameters (ln f, cx / f, cy / f, k1), pixels.
+pub(super) fn pixel_gradients(camera: &Camera, p_camera: DVec3) -> [DVec2; 4] {
+    let focal = camera.focal();
+    let ray = p_camera.truncate() / p_camera.z;
+    let from_centre = camera.pixel_from_ray(ray).unwrap_or_default() - camera.principal_point();
+    [
+        from_centre,
+        DVec2::new(focal.x, 0.0),
+        DVec2::new(0.0, focal.y),
+        focal * ray * ray.length_squared(),
+    ]
+}
+
+/// What changes from `from` to `camera`, in the same parameters.
+pub(super) fn between(from: &Camera, camera: &Camera) -> DVec4 {
+    let shift = (camera.principal_point() - from.principal_point()) / from.focal();
+    DVec4::new(
+        (camera.focal().x / from.focal().x).ln(),
+        shift.x,
+        shift.y,
+        distortion(camera)[0] - distortion(from)[0],
+    )
+}
+
+/// The camera after a `step` in these parameters. A fisheye lens stays as it is.
+pub(super) fn stepped(camera: &Camera, step: DVec4) -> Result<Camera> {
+    let focal = camera.focal() * step.x.exp();
+    let centre = camera.principal_point() + camera.focal() * DVec2::new(step.y, step.z);
+    let pinhole = Camera::pinhole(camera.size(), focal, centre)?;
+    if let Lens::Fisheye(coefficients) = camera.lens() {
+        return pinhole.with_fisheye(coefficients);
+    }
+    let [k1, k2, p1, p2, k3] = distortion(camera);
+    pinhole.with_distortion([k1 + step.w, k2, p1, p2, k3])
+}
+
+/// The polynomial's coefficients; zeros for other lenses.
+fn distortion(camera: &Camera) -> [f64; 5] {
+    match camera.lens() {
+        Lens::Polynomial(coefficients) => coefficients,
+        Lens::Pinhole | Lens::Fisheye(_) => [0.0; 5],
+    }
 }

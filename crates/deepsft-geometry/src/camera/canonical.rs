@@ -111,24 +111,24 @@ impl CanonicalWarp {
         let (from_focal, to_focal) = (self.canonical.focal(), self.source.focal());
         let column_at = |x: f64| (x - from.x) / from_focal.x * to_focal.x + to.x;
         let row_at = |y: f64| (y - from.y) / from_focal.y * to_focal.y + to.y;
-        let column = |x: usize| Weights::of(x, self.taps, picture.width(), column_at);
-        let columns: Vec<Weights> = (0..width).map(column).collect();
+        let column = |x: usize| source_weights(x, self.taps, picture.width(), column_at);
+        let columns: Vec<_> = (0..width).map(column).collect();
         let stride = 3 * picture.width();
         let mut rgb = Vec::with_capacity(3 * width * height);
         // The weighted sum of the source rows under one canonical row.
         let mut row = vec![0.0_f32; stride];
         for y in 0..height {
             row.fill(0.0);
-            let rows = Weights::of(y, self.taps, picture.height(), row_at);
-            let sources = picture.rgb()[stride * rows.first..].chunks_exact(stride);
-            for (source, &weight) in sources.zip(&rows.weights) {
+            let (first, weights) = source_weights(y, self.taps, picture.height(), row_at);
+            let sources = picture.rgb()[stride * first..].chunks_exact(stride);
+            for (source, &weight) in sources.zip(&weights) {
                 for (sum, &value) in row.iter_mut().zip(source) {
                     *sum += weight * f32::from(value);
                 }
             }
-            for column in &columns {
+            for (first, weights) in &columns {
                 let mut sum = [0.0_f32; 3];
-                for (color, &weight) in row[3 * column.first..].as_chunks().0.iter().zip(&column.weights) {
+                for (color, &weight) in row[3 * first..].as_chunks().0.iter().zip(weights) {
                     for (s, c) in sum.iter_mut().zip::<&[f32; 3]>(color) {
                         *s += weight * c;
                     }
@@ -140,37 +140,28 @@ impl CanonicalWarp {
     }
 }
 
-/// What each source pixel along one axis counts for one canonical pixel.
-struct Weights {
-    /// The first source pixel that counts.
-    first: usize,
-    /// Of that pixel and those after it; they sum to the fraction of the canonical pixel inside the source.
-    weights: Vec<f32>,
-}
-
-impl Weights {
-    /// For canonical pixel `index`: the mean of `taps` linear samples of a source of `length` pixels, at the
-    /// places `source_at` of the canonical positions in between; edges repeated, nothing outside.
-    fn of(index: usize, taps: usize, length: usize, source_at: impl Fn(f64) -> f64) -> Self {
-        let places = (0..taps)
-            .map(|tap| source_at(index as f64 + (tap as f64 + 0.5) / taps as f64))
-            .filter(|at| (0.0..=length as f64).contains(at))
-            .map(|at| (at - 0.5).clamp(0.0, (length - 1) as f64));
-        let mut first = 0;
-        let mut weights: Vec<f32> = Vec::new();
-        for place in places {
-            // Cameras look the same way round: places ascend.
-            let low = place as usize;
-            if weights.is_empty() {
-                first = low;
-            }
-            weights.resize((low + 2 - first).max(weights.len()), 0.0);
-            let fraction = (place - low as f64) as f32;
-            weights[low - first] += (1.0 - fraction) / taps as f32;
-            weights[low + 1 - first] += fraction / taps as f32;
+/// What each source pixel along one axis counts for canonical pixel `index`: the mean of `taps` linear samples of a source of `length`
+/// pixels, at the places `source_at` of the canonical positions in between; edges repeated, nothing outside. The first source pixel that
+/// counts, and the weights of it and those after it, which sum to the fraction of the canonical pixel inside the source.
+fn source_weights(index: usize, taps: usize, length: usize, source_at: impl Fn(f64) -> f64) -> (usize, Vec<f32>) {
+    let places = (0..taps)
+        .map(|tap| source_at(index as f64 + (tap as f64 + 0.5) / taps as f64))
+        .filter(|at| (0.0..=length as f64).contains(at))
+        .map(|at| (at - 0.5).clamp(0.0, (length - 1) as f64));
+    let mut first = 0;
+    let mut weights: Vec<f32> = Vec::new();
+    for place in places {
+        // Cameras look the same way round: places ascend.
+        let low = place as usize;
+        if weights.is_empty() {
+            first = low;
         }
-        // The last source pixel has no neighbour; its weight was nought.
-        weights.truncate(length - first);
-        Self { first, weights }
+        weights.resize((low + 2 - first).max(weights.len()), 0.0);
+        let fraction = (place - low as f64) as f32;
+        weights[low - first] += (1.0 - fraction) / taps as f32;
+        weights[low + 1 - first] += fraction / taps as f32;
     }
+    // The last source pixel has no neighbour; its weight was nought.
+    weights.truncate(length - first);
+    (first, weights)
 }

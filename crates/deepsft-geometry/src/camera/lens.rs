@@ -1,6 +1,6 @@
 //! How lenses bend rays: OpenCV's two models, their derivatives and their inverses.
 
-use crate::error::GeometryError;
+use crate::error::{GeometryError, Result};
 use glam::DVec2;
 use std::f64::consts::FRAC_PI_2;
 
@@ -217,13 +217,20 @@ fn roots(polynomial: &[f64], end: f64) -> Vec<f64> {
 }
 
 /// Refuses coefficients that are not finite, by their names.
-pub(super) fn check_finite<const N: usize>(names: [&'static str; N], values: [f64; N]) -> Result<(), GeometryError> {
-    match names.into_iter().zip(values).find(|(_, value)| !value.is_finite()) {
-        Some((parameter, actual)) => Err(GeometryError::CameraParameter {
-            parameter,
-            actual,
-            expected: "a finite coefficient",
-        }),
-        None => Ok(()),
+pub(super) fn check_finite<const N: usize>(names: [&'static str; N], values: [f64; N]) -> Result<()> {
+    let check = |(name, value): (_, f64)| check(name, value, value.is_finite(), "a finite coefficient");
+    names.into_iter().zip(values).try_for_each(check)
+}
+
+/// Refuses a camera's parameter, by its name, unless it `is_valid`.
+pub(super) fn check(parameter: &'static str, actual: f64, is_valid: bool, expected: &'static str) -> Result<()> {
+    is_valid.then_some(()).ok_or(refused(parameter, actual, expected))
+}
+
+pub(super) fn refused(parameter: &'static str, actual: f64, expected: &'static str) -> GeometryError {
+    GeometryError::CameraParameter {
+        parameter,
+        actual,
+        expected,
     }
 }

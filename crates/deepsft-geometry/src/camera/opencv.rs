@@ -1,6 +1,6 @@
 //! All of OpenCV's distortion coefficients, as five of them.
 
-use super::lens::{Lens, check_finite};
+use super::lens::{Lens, check, check_finite, refused};
 use super::pinhole::Camera;
 use crate::error::GeometryError;
 use faer::prelude::Solve;
@@ -29,57 +29,35 @@ impl Camera {
     /// [`GeometryError::CameraParameter`] for another number of them, one that is not finite, a tilted sensor, or a lens that five
     /// coefficients do not follow to half a pixel.
     pub fn with_opencv_distortion(self, coefficients: &[f64]) -> Result<Self, GeometryError> {
-        let refused = |parameter, actual, expected| {
-            Err(GeometryError::CameraParameter {
-                parameter,
-                actual,
-                expected,
-            })
-        };
-        let mut all = [0.0; 14];
-        match (coefficients.len(), all.get_mut(..coefficients.len())) {
-            (0 | 4 | 5 | 8 | 12 | 14, Some(given)) => given.copy_from_slice(coefficients),
-            (count, _) => {
-                let expected = "0, 4, 5, 8, 12 or 14 coefficients, as OpenCV has them";
-                return refused("number of distortion coefficients", count as f64, expected);
-            }
-        }
+        let (count, mut all) = (coefficients.len(), [0.0; 14]);
+        let is_known = [0, 4, 5, 8, 12, 14].contains(&count);
+        let expected = "0, 4, 5, 8, 12 or 14 coefficients, as OpenCV has them";
+        check("number of distortion coefficients", count as f64, is_known, expected)?;
+        all[..count].copy_from_slice(coefficients);
         check_finite(NAMES, all)?;
         let [first @ .., tx, ty] = all;
-        if tx != 0.0 || ty != 0.0 {
-            return refused(
-                "tilt of the sensor",
-                tx.abs().max(ty.abs()),
-                "0: a tilted sensor is not read",
-            );
-        }
+        let tilt = tx.abs().max(ty.abs());
+        check(
+            "tilt of the sensor",
+            tilt,
+            tilt == 0.0,
+            "0: a tilted sensor is not read",
+        )?;
         let [k1, k2, p1, p2, k3, more @ ..] = first;
         if more == [0.0; 7] {
             return self.with_distortion([k1, k2, p1, p2, k3]);
         }
         let rays = self.rays_in_image(&first);
-        let unknowns = rays.iter().flat_map(|&(ray, place)| rows(ray, place - ray));
-        let Some(nearest) = least_squares(unknowns) else {
-            return refused(
-                "distortion",
-                rays.len() as f64,
-                "coefficients whose lens shows rays in the image",
-            );
-        };
+        let nearest = least_squares(rays.iter().flat_map(|&(ray, place)| rows(ray, place - ray)));
+        let expected = "coefficients whose lens shows rays in the image";
+        let nearest = nearest.ok_or_else(|| refused("distortion", rays.len() as f64, expected))?;
         let lens = Lens::Polynomial(nearest);
-        let distances = rays
-            .iter()
-            .map(|&(ray, place)| ((lens.distort(ray) - place) * self.focal()).length());
-        let farthest = distances.fold(0.0, f64::max);
-        if farthest > NEAR_PX {
-            let expected =
-                "a rational lens that k1, k2, p1, p2, k3 follow to half a pixel: calibrate with these five alone";
-            return refused(
-                "distance of the lens from its approximation, pixels",
-                farthest,
-                expected,
-            );
-        }
+        let distance = |&(ray, place): &(DVec2, DVec2)| ((lens.distort(ray) - place) * self.focal()).length();
+        let farthest = rays.iter().map(distance).fold(0.0, f64::max);
+        let expected =
+            "a rational lens that k1, k2, p1, p2, k3 follow to half a pixel: calibrate with these five alone";
+        let name = "distance of the lens from its approximation, pixels";
+        check(name, farthest, farthest <= NEAR_PX, expected)?;
         self.with_distortion(nearest)
     }
 

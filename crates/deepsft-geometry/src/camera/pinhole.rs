@@ -1,6 +1,6 @@
 //! A camera: intrinsics and lens.
 
-use super::lens::{Lens, check_finite};
+use super::lens::{Lens, check, check_finite};
 use crate::error::GeometryError;
 use crate::image::ImageSize;
 use glam::{DVec2, DVec3, Vec2Swizzles};
@@ -46,21 +46,12 @@ impl Camera {
             "a positive finite focal length in pixels",
             "a finite principal point in pixels",
         ];
-        let checks = [
-            ("width", size.width as f64, size.width > 0, side),
-            ("height", size.height as f64, size.height > 0, side),
-            ("fx", focal.x, focal.x.is_finite() && focal.x > 0.0, length),
-            ("fy", focal.y, focal.y.is_finite() && focal.y > 0.0, length),
-            ("cx", principal_point.x, principal_point.x.is_finite(), centre),
-            ("cy", principal_point.y, principal_point.y.is_finite(), centre),
-        ];
-        if let Some(&(parameter, actual, _, expected)) = checks.iter().find(|(_, _, valid, _)| !valid) {
-            return Err(GeometryError::CameraParameter {
-                parameter,
-                actual,
-                expected,
-            });
-        }
+        check("width", size.width as f64, size.width > 0, side)?;
+        check("height", size.height as f64, size.height > 0, side)?;
+        check("fx", focal.x, focal.x.is_finite() && focal.x > 0.0, length)?;
+        check("fy", focal.y, focal.y.is_finite() && focal.y > 0.0, length)?;
+        check("cx", principal_point.x, principal_point.x.is_finite(), centre)?;
+        check("cy", principal_point.y, principal_point.y.is_finite(), centre)?;
         Ok(Self {
             size,
             focal,
@@ -132,9 +123,6 @@ impl Camera {
     }
 
     /// The same camera for an image at half the size (sides rounded down), each pixel the mean of four.
-    ///
-    /// # Errors
-    /// [`GeometryError::CameraParameter`] for an image of one row or column.
     pub(crate) fn halved(&self) -> Result<Self, GeometryError> {
         let halved = Self::pinhole(self.size.halved(), self.focal / 2.0, self.principal_point / 2.0)?;
         Ok(halved.with_lens(self.lens))

@@ -1,19 +1,63 @@
-//! The completion of one frame.
+//! The completion of one frame: its limits, what it gives, and how.
 
-use super::components::Components;
-use super::options::CompletionOptions;
-use super::quasi_newton::{QuasiNewton, dot};
-use super::report::{Completion, CompletionEnergy};
-use super::rotation_extension::extended_rotations;
-use super::stiffness::Stiffness;
-use super::visible_points::{VertexPoint, Visible};
-use crate::error::{GeometryError, check_start};
+use super::stiffness::{QuasiNewton, Stiffness, dot};
+use super::visible_points::{Components, VertexPoint, Visible, extended_rotations};
+use crate::error::{GeometryError, TemplateError, check_start};
 use crate::mesh::{TriangleMesh, Welding};
 use crate::solver::arap_cells::{ArapCells, Rotations};
-use crate::solver::checked::{check_scale, check_weight};
 use crate::solver::mean_edge_length;
-use crate::template_error::TemplateError;
 use glam::{DQuat, DVec3};
+
+/// The terms of the completion's energy, without their weights, in the template's unit of length squared.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct CompletionEnergy {
+    /// E_data: sum of w |p_i - x_i|^2 over visible vertices.
+    pub data: f64,
+    /// E_arap.
+    pub arap: f64,
+    /// E_smooth.
+    pub smoothness: f64,
+}
+
+/// A completed mesh, and how its completion went.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Completion {
+    /// All vertices, camera frame, in the template's unit.
+    pub vertices: Vec<DVec3>,
+    /// Whether the last step was within the tolerance.
+    pub converged: bool,
+    /// Iterations done.
+    pub iterations: usize,
+    /// Energies at the rigid alignment.
+    pub initial_energy: CompletionEnergy,
+    /// Energies of the result.
+    pub final_energy: CompletionEnergy,
+}
+
+/// Limits of ARAP completion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CompletionOptions {
+    /// Iterations at most. Default 9: the paper's "fewer than 10".
+    pub max_iterations: usize,
+    /// Converged when no vertex moves further than this fraction of the mean edge length. Default 1e-3: a
+    /// hundredth of a millimetre on a sheet of paper.
+    pub step_tolerance: f64,
+}
+
+impl Default for CompletionOptions {
+    fn default() -> Self {
+        Self {
+            max_iterations: 9,
+            step_tolerance: 1e-3,
+        }
+    }
+}
+
+/// Weights of E_arap and E_smooth, as in the paper.
+const ARAP: f64 = 20.0;
+const SMOOTHNESS: f64 = 0.005;
 
 /// Halvings of a step that does not lower the energy before the search is given up.
 const HALVINGS: usize = 12;
@@ -98,17 +142,13 @@ impl ArapCompletion {
     /// Prepares for `template`, the rest shape.
     ///
     /// # Errors
-    /// [`GeometryError::MeshWithoutExtent`] for a mesh without an edge of positive length,
-    /// [`GeometryError::Weight`] for an ARAP weight that is not positive or a smoothness weight that is
-    /// negative.
+    /// [`GeometryError::MeshWithoutExtent`] for a mesh without an edge of positive length.
     pub fn new(template: &TriangleMesh, options: CompletionOptions) -> Result<Self, GeometryError> {
-        check_scale("arap", options.arap_weight)?;
-        check_weight("smoothness", options.smoothness_weight)?;
         let scale = mean_edge_length(template)?;
         let welding = Welding::of(template)?;
-        let prior = ArapCells::new(welding.mesh(), options.arap_weight, options.smoothness_weight);
+        let prior = ArapCells::new(welding.mesh(), ARAP, SMOOTHNESS);
         // E_smooth is at most E_arap, so this matrix bounds the Hessian of both from above.
-        let matrix = Stiffness::new(&prior, 2.0 * (options.arap_weight + options.smoothness_weight))?;
+        let matrix = Stiffness::new(&prior, 2.0 * (ARAP + SMOOTHNESS))?;
         Ok(Self {
             welding,
             components: Components::of(&prior),
@@ -146,7 +186,7 @@ impl ArapCompletion {
             Some(_) => None,
             None => Some(extended_rotations(prior, matrix, components, &visible, &rotations)?),
         };
-        let holds = self.components.tie(visible.weights.clone(), self.options.arap_weight);
+        let holds = self.components.tie(visible.weights.clone(), ARAP);
         self.matrix.factorize(&holds)?;
         if let Some(mut extended) = extended {
             // With the rotations held the energy is quadratic: one step leads to its minimum.
@@ -194,7 +234,6 @@ impl ArapCompletion {
         })
     }
 
-    /// The start's welded vertices.
     fn checked_start(&self, start: &[DVec3]) -> Result<Vec<DVec3>, GeometryError> {
         check_start(start, self.welding.vertices())?;
         match start.iter().position(|p| !p.is_finite()) {
@@ -203,7 +242,6 @@ impl ArapCompletion {
         }
     }
 
-    /// Energies and gradient at the shape's vertices.
     fn evaluate(&self, shape: &mut Shape, rotations: Rotations<'_>, visible: &Visible) {
         let mut energy = CompletionEnergy::default();
         let seen = visible.weights.iter().zip(&visible.points);

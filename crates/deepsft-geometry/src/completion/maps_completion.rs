@@ -1,7 +1,6 @@
 //! From maps to the whole surface.
 
-use super::arap_completion::ArapCompletion;
-use super::options::CompletionOptions;
+use super::arap_completion::{ArapCompletion, CompletionOptions};
 use super::visible_vertices::VisibleVertices;
 use crate::camera::Camera;
 use crate::error::GeometryError;

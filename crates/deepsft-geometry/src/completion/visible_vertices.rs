@@ -47,7 +47,6 @@ pub struct VisibleVertices {
     margin_px: usize,
 }
 
-/// A vertex on its chart.
 #[derive(Clone, Copy, Debug)]
 struct ChartVertex {
     vertex: usize,
@@ -58,7 +57,6 @@ struct ChartVertex {
     mirrored: bool,
 }
 
-/// Three neighbouring pixels.
 struct PixelTriangle {
     uv: [DVec2; 3],
     p_camera: [DVec3; 3],

@@ -119,9 +119,7 @@ fn paper_end(
     };
     let printed = |way: i32| {
         let at = at + f64::from(way) * outwards;
-        let pixel = surface.region().index(at.x as usize, at.y as usize)?;
-        let face = surface.centres().triangle(pixel)?;
-        let triangle = surface.triangles()[face].filter(|triangle| triangle.front)?;
+        let triangle = surface.triangle_at(at).filter(|triangle| triangle.front)?;
         Some(triangle.seen_point(at.x, at.y).uv.as_vec2().to_array())
     };
     let uvs: Vec<_> = (-REACH_PX - STRIP_PX..-1).map(printed).collect();

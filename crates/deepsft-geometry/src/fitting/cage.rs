@@ -72,10 +72,7 @@ impl Cage {
     pub(crate) fn couplings(&self, mesh: &TriangleMesh) -> Vec<[usize; 2]> {
         let mut pairs: BTreeSet<[usize; 2]> = self.edges.iter().copied().collect();
         for face in mesh.faces() {
-            let nodes: BTreeSet<usize> = face
-                .iter()
-                .flat_map(|&v| self.weights[v].map(|(node, _)| node))
-                .collect();
+            let nodes: BTreeSet<_> = face.iter().flat_map(|&v| self.weights[v].map(|w| w.0)).collect();
             let nodes: Vec<usize> = nodes.into_iter().collect();
             for (k, &a) in nodes.iter().enumerate() {
                 pairs.extend(nodes[k + 1..].iter().map(|&b| [a, b]));

@@ -2,11 +2,11 @@
 
 use super::correlation::POINT_STEP;
 use super::isometric_mesh::Stiffness;
+use super::measurements::Observation;
 use super::mesh_fitter::{FitRound, Fitted, MeshFitter, Resolution};
-use super::observation::Observation;
 use super::print::Print;
 use crate::camera::{Camera, CanonicalWarp};
-use crate::error::GeometryError;
+use crate::error::Result;
 use crate::image::{GreyImage, ImageSize, Picture};
 use crate::solver::Energy;
 use crate::surface::Surface;
@@ -53,7 +53,7 @@ pub(super) struct CloseUp {
 
 impl CloseUp {
     /// The image that `source` took, as `camera` shows it.
-    pub(super) fn new(image: &Picture, source: &Camera, camera: Camera, detail: f64) -> Result<Self, GeometryError> {
+    pub(super) fn new(image: &Picture, source: &Camera, camera: Camera, detail: f64) -> Result<Self> {
         let grey = GreyImage::of(&CanonicalWarp::new(source, &camera).apply(image)?);
         Ok(Self { grey, camera, detail })
     }
@@ -72,24 +72,18 @@ impl CloseUp {
     }
 }
 
-/// How a mesh may move on its way through the close-ups.
-#[derive(Clone, Copy)]
-enum Pass {
-    Rigid,
-    Elastic(Stiffness),
-}
+/// How a mesh may move on its way through the close-ups: stiffness, steps of a rigid motion, solver steps of a round.
+type Pass = (Stiffness, usize, usize);
+
+/// The way of a solid as it is at rest.
+const RIGID: Pass = (Stiffness::WHOLE, RIGID_STEPS, 0);
 
 /// The rays (x, y, 1) of a rectangle before a camera: the least x and y, and the greatest.
 type Rays = (DVec2, DVec2);
 
 /// The close-ups of `surface` in `image`, which `source` took. The last shows what the image has or what `print` has, whichever is
 /// less; none where that is hardly more than the surface's own camera shows.
-pub(super) fn close_ups(
-    image: &Picture,
-    source: &Camera,
-    surface: &Surface,
-    print: &Print,
-) -> Result<Vec<CloseUp>, GeometryError> {
+pub(super) fn close_ups(image: &Picture, source: &Camera, surface: &Surface, print: &Print) -> Result<Vec<CloseUp>> {
     let focal = surface.camera.focal();
     let Some((low, high)) = rays(source, surface, MARGIN_PX / focal.x) else {
         return Ok(Vec::new());
@@ -126,7 +120,7 @@ pub(super) fn fit_through(
     close_ups: &[CloseUp],
     surface: &Surface,
     priors: &[&dyn Energy],
-) -> Result<Option<Fitted>, GeometryError> {
+) -> Result<Option<Fitted>> {
     let mut way: Vec<&CloseUp> = close_ups.iter().take(1).cycle().take(FIRST_TIMES - 1).collect();
     way.extend(close_ups);
     let finer: Vec<&CloseUp> = close_ups.iter().skip(usize::from(close_ups.len() > 1)).collect();
@@ -134,7 +128,7 @@ pub(super) fn fit_through(
         true => None,
         false => {
             let start = fitter.rigid(&surface.vertices_camera, &surface.confidence);
-            fit_with(fitter, &way, Pass::Rigid, (&start, &surface.is_hidden), &[])?
+            fit_with(fitter, &way, RIGID, (&start, &surface.is_hidden), &[])?
         }
     };
     let mut best: Option<Fitted> = None;
@@ -146,14 +140,12 @@ pub(super) fn fit_through(
         // What a coarser image made of a solid would bend it.
         let priors = if rigid.is_some() { &[] } else { priors };
         let way = if best.is_some() { &finer } else { &way };
-        let Some(fitted) = fit_with(fitter, way, Pass::Elastic(stiffness), (start, is_hidden), priors)? else {
+        let Some(fitted) = fit_with(fitter, way, (stiffness, 0, STEPS), (start, is_hidden), priors)? else {
             return Ok(None);
         };
         let explained = fitted.correlation.explained;
-        if best
-            .as_ref()
-            .is_some_and(|best| explained < best.correlation.explained + MORE)
-        {
+        let is_less = |best: &Fitted| explained < best.correlation.explained + MORE;
+        if best.as_ref().is_some_and(is_less) {
             break;
         }
         best = Some(fitted);
@@ -170,14 +162,10 @@ pub(super) fn fit_through(
 fn fit_with(
     fitter: &mut MeshFitter,
     way: &[&CloseUp],
-    pass: Pass,
+    (stiffness, rigid_steps, steps): Pass,
     (start, is_hidden): (&[DVec3], &[bool]),
     priors: &[&dyn Energy],
-) -> Result<Option<Fitted>, GeometryError> {
-    let (stiffness, rigid_steps, steps) = match pass {
-        Pass::Rigid => (Stiffness::WHOLE, RIGID_STEPS, 0),
-        Pass::Elastic(stiffness) => (stiffness, 0, STEPS),
-    };
+) -> Result<Option<Fitted>> {
     let mut fitted: Option<Fitted> = None;
     for close_up in way {
         let observation = Observation::new(&close_up.grey, &close_up.camera)?;

@@ -1,14 +1,11 @@
 //! The coarse mesh of one frame: where every fit and every track starts.
 
-use super::differential::differential_depths;
 use super::isometric_mesh::{IsometricMesh, Stiffness};
-use super::measurements::{Measurement, measurements, measurements_of_mesh};
-use super::mesh_fitter::{FitRound, Fitted, MeshFitter, STEPS};
-use super::observation::Observation;
+use super::measurements::{Measurement, Observation, Start, differential_depths, measurements, measurements_of_mesh};
+use super::mesh_fitter::{FitRound, Fitted, MeshFitter, RIGID_STEPS, STEPS};
 use super::self_similarity::SelfSimilarity;
-use super::start::Start;
 use crate::camera::Camera;
-use crate::error::{GeometryError, check_size, check_start};
+use crate::error::{Result, check_size, check_start};
 use crate::maps::Maps;
 use crate::mesh::{RigidMotion, SurfacePoint};
 use crate::solver::{DepthPrior, Energy, ImagePoint, PointDepth, Reprojection, Robust};
@@ -51,11 +48,11 @@ const CONTINUATION_STEPS: usize = 12;
 pub(crate) struct CoarseStart<'a> {
     pub(crate) measured: Vec<Measurement>,
     /// The coarse mesh to begin with; `None`: the flat sheet where the measurements are.
-    mesh: Option<Vec<DVec3>>,
+    pub(crate) mesh: Option<Vec<DVec3>>,
     /// Maps whose mask says where the object is seen; `None`: wherever the mesh is drawn.
     pub(crate) mask: Option<&'a Maps>,
-    /// Whether the measurements were moved to a place that looks alike: such a place has one try.
-    is_moved: bool,
+    /// Whether the measurements were moved to a place that looks alike, or the mesh to another pose: such a place has one try.
+    pub(crate) is_moved: bool,
 }
 
 impl CoarseStart<'_> {
@@ -75,39 +72,22 @@ impl CoarseStart<'_> {
     }
 }
 
-/// How many independent measurements those of a start are worth together.
-#[derive(Clone, Copy)]
-pub(crate) struct Worth {
-    pub(crate) registrations: f64,
-    pub(crate) depths: f64,
-}
+/// How many independent measurements the registrations of a start are worth together, and how many its depths.
+type Worth = (f64, f64);
 
 /// Worth of a start's measurements beside the image. The weights of the fit were chosen on synthetic validation frames.
-pub(crate) const INDEPENDENT: Worth = Worth {
-    registrations: 10.0,
-    depths: 2.0,
-};
+pub(crate) const INDEPENDENT: Worth = (10.0, 2.0);
 
 /// The same before the image is compared. Much more, because only the network then says where a folded part is, and bending resists the
 /// fold. The image can only pull in what is a few pixels off.
-const CONTINUATION: Worth = Worth {
-    registrations: 100.0,
-    ..INDEPENDENT
-};
+const CONTINUATION: Worth = (100.0, INDEPENDENT.1);
 
 /// Worth of depths that derivatives of the registration tell: nothing but they holds the new bend.
-const DIFFERENTIAL: Worth = Worth {
-    registrations: 400.0,
-    depths: 450.0,
-};
+const DIFFERENTIAL: Worth = (400.0, 450.0);
 
 impl MeshFitter {
     /// What the coarse fit takes from `start`. `None` when that shows too little.
-    pub(crate) fn start<'a>(
-        &self,
-        start: &'a Start,
-        camera: &Camera,
-    ) -> Result<Option<CoarseStart<'a>>, GeometryError> {
+    pub(crate) fn start<'a>(&self, start: &'a Start, camera: &Camera) -> Result<Option<CoarseStart<'a>>> {
         let template = &self.template;
         let (measured, mesh, mask) = match start {
             Start::Maps(maps) => {
@@ -130,27 +110,8 @@ impl MeshFitter {
         }))
     }
 
-    /// From a mesh, in place of where `from` has it: such a place has one try.
-    pub(crate) fn moved_start<'a>(
-        &self,
-        from: &CoarseStart<'a>,
-        vertices: Vec<DVec3>,
-        camera: &Camera,
-    ) -> CoarseStart<'a> {
-        CoarseStart {
-            measured: measurements_of_mesh(&self.coarse().mesh, &vertices, camera),
-            mesh: Some(vertices),
-            mask: from.mask,
-            is_moved: true,
-        }
-    }
-
     /// The coarse mesh where the measurements of `from` are, without the image.
-    pub(crate) fn initial_mesh(
-        &mut self,
-        from: &CoarseStart<'_>,
-        camera: &Camera,
-    ) -> Result<Vec<DVec3>, GeometryError> {
+    pub(crate) fn initial_mesh(&mut self, from: &CoarseStart<'_>, camera: &Camera) -> Result<Vec<DVec3>> {
         if let Some(mesh) = &from.mesh {
             return Ok(mesh.clone());
         }
@@ -160,12 +121,7 @@ impl MeshFitter {
     }
 
     /// Solves without the image by continuation, from the mesh of `from` or the flat sheet where its measurements are.
-    fn continued(
-        &mut self,
-        from: &CoarseStart<'_>,
-        camera: &Camera,
-        terms: &[&dyn Energy],
-    ) -> Result<Vec<DVec3>, GeometryError> {
+    fn continued(&mut self, from: &CoarseStart<'_>, camera: &Camera, terms: &[&dyn Energy]) -> Result<Vec<DVec3>> {
         let mesh = from.mesh.clone();
         let start = mesh.unwrap_or_else(|| self.aligned(&from.measured, camera));
         self.coarse_mut()
@@ -180,17 +136,18 @@ impl MeshFitter {
         observation: Observation<'_>,
         from: &CoarseStart<'_>,
         blurs: &[f32],
-    ) -> Result<Fitted, GeometryError> {
-        let camera = observation.camera;
+    ) -> Result<Fitted> {
+        let (mask, camera) = (from.mask, observation.camera);
+        let observation = Observation { mask, ..observation };
         let (reprojection, depth) = self.measured_terms(self.coarse(), &from.measured, camera, INDEPENDENT, |_| 1.0)?;
         let priors: [&dyn Energy; 2] = [&reprojection, &depth];
         let start = self.initial_mesh(from, camera)?;
-        let mut best = self.fitted_from(observation, from.mask, start, blurs, &priors)?;
+        let mut best = self.fitted_from(observation, start, blurs, &priors)?;
         if from.is_moved {
             return Ok(best);
         }
         for _ in 0..MAX_BENDS {
-            let Some(other) = self.fitted_by_derivatives(observation, from.mask, &best, blurs)? else {
+            let Some(other) = self.fitted_by_derivatives(observation, &best, blurs)? else {
                 break;
             };
             let is_better = other.confirms_more_than(&best);
@@ -203,7 +160,7 @@ impl MeshFitter {
             return Ok(best);
         }
         let start = self.continued(from, camera, &priors)?;
-        let second = self.fitted_from(observation, from.mask, start, blurs, &priors)?;
+        let second = self.fitted_from(observation, start, blurs, &priors)?;
         Ok(best.or_better(second))
     }
 
@@ -212,10 +169,9 @@ impl MeshFitter {
     fn fitted_by_derivatives(
         &mut self,
         observation: Observation<'_>,
-        mask: Option<&Maps>,
         found: &Fitted,
         blurs: &[f32],
-    ) -> Result<Option<Fitted>, GeometryError> {
+    ) -> Result<Option<Fitted>> {
         // Of isometric sheets.
         if !self.template.is_sheet() {
             return Ok(None);
@@ -224,7 +180,6 @@ impl MeshFitter {
         let mut free = found.clone();
         for &blur in [FREE_BLUR_PX].iter().chain(blurs) {
             let round = FitRound {
-                mask,
                 border: true,
                 stiffness: Stiffness::FREE,
                 ..FitRound::new(blur, STEPS)
@@ -247,7 +202,7 @@ impl MeshFitter {
         }
         let measured = measurements_of_mesh(&self.coarse().mesh, &start, camera);
         let (reprojection, depth) = self.measured_terms(self.coarse(), &measured, camera, INDEPENDENT, |_| 1.0)?;
-        let fitted = self.fitted_from(observation, mask, start, blurs, &[&reprojection, &depth])?;
+        let fitted = self.fitted_from(observation, start, blurs, &[&reprojection, &depth])?;
         Ok(Some(fitted))
     }
 
@@ -255,17 +210,15 @@ impl MeshFitter {
     fn fitted_from(
         &mut self,
         observation: Observation<'_>,
-        mask: Option<&Maps>,
         vertices: Vec<DVec3>,
         blurs: &[f32],
         priors: &[&dyn Energy],
-    ) -> Result<Fitted, GeometryError> {
+    ) -> Result<Fitted> {
         let mut fitted = Fitted::unmoved(vertices);
         for &blur in blurs {
             let round = FitRound {
-                mask,
                 border: true,
-                rigid_steps: self.rigid_steps(),
+                rigid_steps: if self.template.is_sheet() { 0 } else { RIGID_STEPS },
                 ..FitRound::new(blur, STEPS)
             };
             let before = fitted.iterations;
@@ -281,9 +234,9 @@ impl MeshFitter {
         isometric: &IsometricMesh,
         measured: &[Measurement],
         camera: &Camera,
-        worth: Worth,
+        (registrations, depths): Worth,
         hold: impl Fn(&SurfacePoint) -> f64,
-    ) -> Result<(Reprojection, DepthPrior), GeometryError> {
+    ) -> Result<(Reprojection, DepthPrior)> {
         let mesh = isometric.welded();
         let located: Vec<(SurfacePoint, &Measurement)> = measured
             .iter()
@@ -291,7 +244,7 @@ impl MeshFitter {
             .collect();
         let count = located.len().max(1) as f64;
         let deviation = REGISTRATION_DEVIATION_PX;
-        let weight = worth.registrations / count / (deviation * deviation);
+        let weight = registrations / count / (deviation * deviation);
         let image_point = |&(point, m): &(SurfacePoint, &Measurement)| ImagePoint {
             point,
             pixel: m.pixel,
@@ -304,9 +257,8 @@ impl MeshFitter {
             depth: m.depth_mm,
             deviation: DEPTH_DEVIATION * m.depth_mm,
         };
-        let depths: Vec<PointDepth> = located.iter().map(point_depth).collect();
-        let weight = worth.depths / count;
-        let depths = DepthPrior::new(mesh, &depths, weight, Robust::Cauchy(2.0))?;
+        let points: Vec<PointDepth> = located.iter().map(point_depth).collect();
+        let depths = DepthPrior::new(mesh, &points, depths / count, Robust::Cauchy(2.0))?;
         Ok((reprojection, depths))
     }
 
@@ -322,7 +274,7 @@ impl MeshFitter {
     }
 
     /// How much of the image confirms a coarse mesh, where the image shows anything at all.
-    pub(crate) fn confirmed(&mut self, observation: Observation<'_>, found: &Fitted) -> Result<f64, GeometryError> {
+    pub(crate) fn confirmed(&mut self, observation: Observation<'_>, found: &Fitted) -> Result<f64> {
         let round = FitRound::new(JUDGED_BLUR_PX, 0);
         let judged = self.round(observation, &found.vertices, &round, &[])?;
         Ok(judged.correlation.confirmed_evidence())

@@ -5,7 +5,7 @@ use crate::image::ContrastNormalizedImage;
 use crate::mesh::TriangleMesh;
 use crate::solver::TexturePoint;
 use crate::verdict::Verdict;
-use glam::DVec3;
+use glam::{DVec3, DVec4};
 
 /// Pixels of the observed image between two photo-consistency points.
 pub(crate) const POINT_STEP: usize = 3;
@@ -39,44 +39,35 @@ pub(crate) struct Correlation {
     pub(crate) point_px: f64,
 }
 
-/// Weighted sums over points of image, print and weight.
+/// Weighted sums over points: squares of the image, squares of the print, their products, weights.
 #[derive(Clone, Copy, Default)]
-struct CorrelationSums {
-    image: f64,
-    print: f64,
-    both: f64,
-    weight: f64,
-}
+struct CorrelationSums(DVec4);
 
 impl CorrelationSums {
     fn add(&mut self, seen: f64, printed: f64, weight: f64) {
-        self.image += weight * seen * seen;
-        self.print += weight * printed * printed;
-        self.both += weight * seen * printed;
-        self.weight += weight;
+        let (image, print, both) = (
+            weight * seen * seen,
+            weight * printed * printed,
+            weight * seen * printed,
+        );
+        self.0 += DVec4::new(image, print, both, weight);
     }
 
-    fn merge(&mut self, other: &Self) {
-        self.image += other.image;
-        self.print += other.print;
-        self.both += other.both;
-        self.weight += other.weight;
+    fn weight(&self) -> f64 {
+        self.0.w
     }
 
     /// Whether there is contrast in the print.
     fn tells(&self) -> bool {
-        self.print > NO_CONTRAST * self.weight && self.weight > 0.0
+        self.0.y > NO_CONTRAST * self.weight() && self.weight() > 0.0
     }
 
     /// Correlation, 0 when negative; no contrast counts against it.
     fn correlation(&self) -> f64 {
-        let floor = NO_CONTRAST * self.weight;
-        let norm = (self.image + floor).sqrt() * (self.print + floor).sqrt();
-        if norm > 0.0 {
-            (self.both / norm).clamp(0.0, 1.0)
-        } else {
-            0.0
-        }
+        let [image, print, both, weight] = self.0.to_array();
+        let floor = NO_CONTRAST * weight;
+        let norm = (image + floor).sqrt() * (print + floor).sqrt();
+        if norm > 0.0 { (both / norm).clamp(0.0, 1.0) } else { 0.0 }
     }
 }
 
@@ -130,8 +121,8 @@ impl Correlation {
         // A vertex has a handful of points to itself: take its neighbours' too.
         let mut wide = around.clone();
         for [a, b] in mesh.edges() {
-            wide[a].merge(&around[b]);
-            wide[b].merge(&around[a]);
+            wide[a].0 += around[b].0;
+            wide[b].0 += around[a].0;
         }
         let mut judged = Self {
             whole: whole.correlation(),
@@ -142,15 +133,15 @@ impl Correlation {
         };
         let mut telling = 0.0;
         for (own, wide) in around.iter().zip(&wide) {
-            let (is_seen, correlation) = (own.weight > 0.0, wide.correlation());
+            let (is_seen, correlation) = (own.weight() > 0.0, wide.correlation());
             let tells = is_seen && wide.tells();
             judged.confidence.push(if is_seen { correlation as f32 } else { 0.0 });
             judged.is_hidden.push(tells && correlation < CONTRADICTED);
             if tells {
-                telling += own.weight;
+                telling += own.weight();
             }
             if tells && correlation >= CONFIRMED {
-                judged.confirmed_points += own.weight;
+                judged.confirmed_points += own.weight();
             }
         }
         if telling > 0.0 {

@@ -2,9 +2,9 @@
 
 use super::close_up::CloseUp;
 use super::isometric_mesh::IsometricMesh;
+use super::measurements::Observation;
 use super::mesh_fitter::{FitRound, MeshFitter, Resolution};
-use super::observation::Observation;
-use crate::error::GeometryError;
+use crate::error::Result;
 use crate::solver::{Energy, ResidualSink};
 use crate::surface::Surface;
 use faer::linalg::solvers::DenseSolveCore;
@@ -30,7 +30,7 @@ pub(super) fn deviations(
     close_up: &CloseUp,
     surface: &Surface,
     is_rigid: bool,
-) -> Result<Vec<f32>, GeometryError> {
+) -> Result<Vec<f32>> {
     let observation = Observation::new(&close_up.grey, &close_up.camera)?;
     let coarse = fitter.coarse_vertices(&surface.vertices_camera);
     let trust = surface.is_hidden.iter().map(|hidden| if *hidden { 0.0 } else { 1.0 });
@@ -56,10 +56,8 @@ pub(super) fn deviations(
             covariances.iter_mut().for_each(|c| *c *= POSE_VARIANCE);
             if !is_rigid {
                 let bends = isometric.covariances(terms, vertices)?;
-                covariances
-                    .iter_mut()
-                    .zip(bends)
-                    .for_each(|(c, bend)| *c += BEND_VARIANCE * bend);
+                let both = covariances.iter_mut().zip(bends);
+                both.for_each(|(c, bend)| *c += BEND_VARIANCE * bend);
             }
             Some(covariances)
         },

@@ -1,19 +1,17 @@
 //! The mesh of one frame.
 
 use super::close_up::{CloseUp, MORE, close_ups, fit_through};
-use super::coarse_fitter::{BLURS_PX, INDEPENDENT, JUDGED_BLUR_PX};
+use super::coarse_fitter::{BLURS_PX, CoarseStart, INDEPENDENT, JUDGED_BLUR_PX};
 use super::deviations::deviations;
 use super::isometric_mesh::Stiffness;
 use super::low_modes::likeliest_shape;
-use super::measurements::measurements_of_mesh;
+use super::measurements::{Observation, Start, measurements_of_mesh};
 use super::mesh_fitter::{FitRound, Fitted, MeshFitter, RIGIDITY, Resolution, STEPS};
 use super::mode_hops::{MIN_CORRELATION, best_of_mode_hops};
-use super::observation::Observation;
-use super::reversed_pose::reversed_pose;
+use super::rigid_fit::reversed_pose;
 use super::self_similarity::{SelfSimilarity, is_alike_in_detail, self_similarities};
-use super::start::Start;
 use crate::camera::Camera;
-use crate::error::{GeometryError, check_size, check_start};
+use crate::error::{Result, check_size, check_start};
 use crate::image::{GreyImage, Picture};
 use crate::mesh::{SurfacePoint, Template};
 use crate::solver::Energy;
@@ -34,8 +32,8 @@ impl FrameFitter {
     /// Prepares everything that does not depend on the frame.
     ///
     /// # Errors
-    /// [`GeometryError`] for a mesh without extent.
-    pub fn new(template: &Template) -> Result<Self, GeometryError> {
+    /// [`GeometryError`](crate::GeometryError) for a mesh without extent.
+    pub fn new(template: &Template) -> Result<Self> {
         Ok(Self {
             fitter: MeshFitter::new(template, RIGIDITY)?,
             self_similarities: None,
@@ -50,17 +48,13 @@ impl FrameFitter {
     }
 
     fn self_similarities(&mut self) -> Vec<SelfSimilarity> {
-        let template = &self.fitter.template;
-        let known = self
-            .self_similarities
-            .get_or_insert_with(|| self_similarities(template));
-        known.clone()
+        let (template, known) = (&self.fitter.template, &mut self.self_similarities);
+        known.get_or_insert_with(|| self_similarities(template)).clone()
     }
 
     fn is_alike_in_detail(&mut self) -> bool {
         let similar = self.self_similarities();
-        let template = &self.fitter.template;
-        let known = &mut self.is_alike_in_detail;
+        let (template, known) = (&self.fitter.template, &mut self.is_alike_in_detail);
         *known.get_or_insert_with(|| is_alike_in_detail(template, &similar))
     }
 
@@ -72,9 +66,9 @@ impl FrameFitter {
     /// the next.
     ///
     /// # Errors
-    /// [`GeometryError::MapSize`] when image, camera and maps are not of one size, [`GeometryError::StartLength`] when a mesh does
+    /// [`GeometryError::MapSize`](crate::GeometryError::MapSize) when image, camera and maps are not of one size, [`GeometryError::StartLength`](crate::GeometryError::StartLength) when a mesh does
     /// not have the template's vertices.
-    pub fn fit(&mut self, image: &Picture, camera: &Camera, start: &Start) -> Result<Option<Surface>, GeometryError> {
+    pub fn fit(&mut self, image: &Picture, camera: &Camera, start: &Start) -> Result<Option<Surface>> {
         let Some(mut from) = self.fitter.start(start, camera)? else {
             return Ok(None);
         };
@@ -89,7 +83,12 @@ impl FrameFitter {
         if !template.is_sheet()
             && let Some(reversed) = reversed_pose(template.mesh(), &found.vertices, &found.correlation.confidence)
         {
-            let other_from = self.fitter.moved_start(&from, reversed, camera);
+            let other_from = CoarseStart {
+                measured: measurements_of_mesh(&self.fitter.coarse().mesh, &reversed, camera),
+                mesh: Some(reversed),
+                mask: from.mask,
+                is_moved: true,
+            };
             let other = self.fitter.fit_coarse(observation, &other_from, first)?;
             if other.correlation.significance() > found.correlation.significance() {
                 (found, from) = (other, other_from);
@@ -101,28 +100,28 @@ impl FrameFitter {
             (found, from, ambiguity) =
                 best_of_mode_hops(&mut self.fitter, &similar, observation, (found, from), first)?;
         }
-        let vertices = self.fitter.fine_vertices(&found.vertices);
+        let fitter = &mut self.fitter;
+        let vertices = fitter.fine_vertices(&found.vertices);
         // What the image confirms of a network's maps is left to the image. The whole surface that matches give is one
         // of right lengths already: letting go of it costs accuracy in depth.
-        let confidence = self.fitter.fine_confidence(&found.correlation.confidence);
-        let fine = &self.fitter.fine;
+        let confidence = fitter.fine_confidence(&found.correlation.confidence);
+        let fine = &fitter.fine;
         let hold = |point: &SurfacePoint| {
             let confirmed = || point.interpolated(fine.mesh.faces(), &confidence).clamp(0.0, 1.0);
             if is_whole { 1.0 } else { 1.0 - confirmed() }
         };
-        let (reprojection, depth) = self
-            .fitter
-            .measured_terms(fine, &from.measured, camera, INDEPENDENT, hold)?;
+        let (reprojection, depth) = fitter.measured_terms(fine, &from.measured, camera, INDEPENDENT, hold)?;
         let round = FitRound {
             resolution: Resolution::Fine,
-            mask: from.mask,
             border: true,
             ..FitRound::new(*last, STEPS)
         };
         let priors: [&dyn Energy; 2] = [&reprojection, &depth];
-        let mut fitted = self.fitter.round(observation, &vertices, &round, &priors)?;
-        if !self.fitter.template.is_sheet() {
-            fitted = softened(&mut self.fitter, observation, fitted, &round, &priors)?;
+        let mask = from.mask;
+        let observation = Observation { mask, ..observation };
+        let mut fitted = fitter.round(observation, &vertices, &round, &priors)?;
+        if !fitter.template.is_sheet() {
+            fitted = softened(fitter, observation, fitted, &round, &priors)?;
         }
         let correlation = fitted.correlation;
         Ok(Some(Surface {
@@ -142,14 +141,9 @@ impl FrameFitter {
     /// surface stays where it is where the image shows no more detail. It tells its [`Surface::deviations`] in any case.
     ///
     /// # Errors
-    /// [`GeometryError::MapSize`] when image and camera are not of one size, [`GeometryError::StartLength`] when the surface does not
+    /// [`GeometryError::MapSize`](crate::GeometryError::MapSize) when image and camera are not of one size, [`GeometryError::StartLength`](crate::GeometryError::StartLength) when the surface does not
     /// have the template's vertices.
-    pub fn fit_close_ups(
-        &mut self,
-        image: &Picture,
-        camera: &Camera,
-        mut surface: Surface,
-    ) -> Result<Surface, GeometryError> {
+    pub fn fit_close_ups(&mut self, image: &Picture, camera: &Camera, mut surface: Surface) -> Result<Surface> {
         check_size(image.size(), camera.size())?;
         check_start(&surface.vertices_camera, self.fitter.fine.mesh.vertices().len())?;
         let is_clear = surface.verdict.correlation >= MIN_CORRELATION;
@@ -167,10 +161,8 @@ impl FrameFitter {
         let mut close_ups = close_ups(image, camera, &surface, &fitter.print)?;
         if let Some(fitted) = fit_through(fitter, &close_ups, &surface, &[&reprojection, &depth])? {
             // A fit that is so bad says nothing of a print that looks like itself only when it is blurred.
-            let ambiguity = surface
-                .verdict
-                .ambiguity
-                .filter(|_| is_clear || self.is_alike_in_detail());
+            let ambiguity = surface.verdict.ambiguity;
+            let ambiguity = ambiguity.filter(|_| is_clear || self.is_alike_in_detail());
             is_rigid = fitted.is_rigid;
             fitted.replace(&mut surface, ambiguity);
         }
@@ -183,12 +175,7 @@ impl FrameFitter {
     ///
     /// # Errors
     /// As [`FrameFitter::fit`].
-    pub fn confidence_at(
-        &mut self,
-        image: &Picture,
-        camera: &Camera,
-        vertices: &[DVec3],
-    ) -> Result<Vec<f32>, GeometryError> {
+    pub fn confidence_at(&mut self, image: &Picture, camera: &Camera, vertices: &[DVec3]) -> Result<Vec<f32>> {
         check_start(vertices, self.fitter.fine.mesh.vertices().len())?;
         let grey = GreyImage::of(image);
         let round = FitRound {
@@ -205,7 +192,7 @@ impl FrameFitter {
     ///
     /// # Errors
     /// As [`FrameFitter::fit`].
-    pub fn initial_mesh(&mut self, camera: &Camera, start: &Start) -> Result<Option<Vec<DVec3>>, GeometryError> {
+    pub fn initial_mesh(&mut self, camera: &Camera, start: &Start) -> Result<Option<Vec<DVec3>>> {
         let Some(from) = self.fitter.start(start, camera)? else {
             return Ok(None);
         };
@@ -222,13 +209,12 @@ fn softened(
     stiff: Fitted,
     round: &FitRound<'_>,
     priors: &[&dyn Energy],
-) -> Result<Fitted, GeometryError> {
+) -> Result<Fitted> {
     let mut softer = stiff.clone();
     for blur in BLURS_PX {
         let round = FitRound {
             stiffness: Stiffness::SOFTER,
             resolution: round.resolution,
-            mask: round.mask,
             ..FitRound::new(blur, round.steps)
         };
         softer = fitter.round(observation, &softer.vertices, &round, priors)?;

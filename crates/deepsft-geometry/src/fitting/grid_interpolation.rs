@@ -1,7 +1,7 @@
 //! Interpolation between two grids on one sheet.
 
 use crate::error::GeometryError;
-use crate::mesh::{Template, TriangleMesh, catmull_rom};
+use crate::mesh::{Template, TriangleMesh};
 use glam::{DVec2, DVec3};
 
 /// The interpolation of values from the vertices of one grid on the sheet to those of another, with fixed weights.
@@ -21,9 +21,6 @@ impl GridInterpolation {
     }
 
     /// Prepares linear interpolation along both sides.
-    ///
-    /// # Errors
-    /// As [`GridInterpolation::cubic`].
     pub(crate) fn linear(from: &Template, to: &TriangleMesh) -> Result<Self, GeometryError> {
         Self::by(from, to, |t| [0.0, 1.0 - t, t, 0.0])
     }
@@ -69,11 +66,22 @@ impl GridInterpolation {
         self.weights.iter().map(sum).collect()
     }
 
-    /// The same for numbers.
     pub(crate) fn apply_scalars(&self, values: &[f32]) -> Vec<f32> {
         let sum = |weights: &Vec<(usize, f64)>| weights.iter().map(|&(i, w)| w as f32 * values[i]).sum::<f32>();
         self.weights.iter().map(sum).collect()
     }
+}
+
+/// Weights of a Catmull-Rom spline (1974) for the values at -1, 0, 1 and 2. They give the value at `t`, 0 to 1; the
+/// slope at each value is that of the line through its two neighbours.
+pub fn catmull_rom(t: f64) -> [f64; 4] {
+    let (t2, t3) = (t * t, t * t * t);
+    [
+        0.5 * (-t3 + 2.0 * t2 - t),
+        0.5 * (3.0 * t3 - 5.0 * t2 + 2.0),
+        0.5 * (-3.0 * t3 + 4.0 * t2 + t),
+        0.5 * (t3 - t2),
+    ]
 }
 
 #[cfg(test)]

@@ -49,10 +49,6 @@ pub struct IsometricMesh {
     /// The rest mesh. Vertices are those of this mesh everywhere; energy terms are made for those of
     /// [`IsometricMesh::welded`].
     pub mesh: TriangleMesh,
-    /// Where the texture has seams: points that stand in the mesh several times and are solved once.
-    welding: Option<Welding>,
-    /// What moves the welded vertices of a solid.
-    cage: Option<Cage>,
     /// Finds its points by their texture position.
     pub locator: SurfaceLocator,
     /// Sides that are the border: two vertices, and the third of their face.
@@ -65,7 +61,8 @@ pub struct IsometricMesh {
 #[derive(Debug)]
 enum Structure {
     Sheet(Vec<Isometry>, Bending),
-    Solid(Vec<Rigidity>),
+    /// With the points that stand in the mesh several times, at seams of the texture, and are solved once; and what moves them.
+    Solid(Vec<Rigidity>, Welding, Cage),
 }
 
 impl Structure {
@@ -74,7 +71,7 @@ impl Structure {
         let mut all = terms.to_vec();
         match self {
             Self::Sheet(isometry, bending) => all.extend([&isometry[stiffness] as &dyn Energy, bending]),
-            Self::Solid(rigidity) => all.push(&rigidity[stiffness]),
+            Self::Solid(rigidity, ..) => all.push(&rigidity[stiffness]),
         }
         all
     }
@@ -94,8 +91,6 @@ impl IsometricMesh {
             solver: MeshSolver::new(&mesh, &[&isometry[0], &bending])?,
             locator: SurfaceLocator::new(&mesh),
             border: mesh.border(),
-            welding: None,
-            cage: None,
             mesh,
             structure: Structure::Sheet(isometry, bending),
         })
@@ -103,9 +98,6 @@ impl IsometricMesh {
 
     /// Prepares the mesh of a template that is no sheet. `rigidity` is the weight on a cage of [`RIGID_EDGES`] edges: deforming
     /// costs the same on finer ones.
-    ///
-    /// # Errors
-    /// [`GeometryError`] for a mesh without extent or a weight that is none.
     pub(crate) fn solid(mesh: TriangleMesh, rigidity: f64) -> Result<Self, GeometryError> {
         let welding = Welding::of(&mesh)?;
         let cage = Cage::around(welding.mesh());
@@ -116,32 +108,27 @@ impl IsometricMesh {
         let solver = MeshSolver::of_pairs(cage.nodes.len(), couplings, scale)?;
         Ok(Self {
             solver,
-            cage: Some(cage),
             locator: SurfaceLocator::new(&mesh),
             // Where a surface of any shape ends is not looked for.
             border: Vec::new(),
-            welding: Some(welding),
             mesh,
-            structure: Structure::Solid(rigidity),
+            structure: Structure::Solid(rigidity, welding, cage),
         })
     }
 
     /// The mesh that is solved: its faces are those of [`IsometricMesh::mesh`], its seams are welded.
     pub fn welded(&self) -> &TriangleMesh {
-        self.welding.as_ref().map_or(&self.mesh, Welding::mesh)
+        match &self.structure {
+            Structure::Sheet(..) => &self.mesh,
+            Structure::Solid(_, welding, _) => welding.mesh(),
+        }
     }
 
     /// The vertices of [`IsometricMesh::welded`].
     pub(super) fn weld(&self, vertices: &[DVec3]) -> Vec<DVec3> {
-        self.welding
-            .as_ref()
-            .map_or_else(|| vertices.to_vec(), |welding| welding.weld(vertices))
-    }
-
-    fn split<T: Copy>(&self, welded: Vec<T>) -> Vec<T> {
-        match &self.welding {
-            Some(welding) => welding.split(&welded),
-            None => welded,
+        match &self.structure {
+            Structure::Sheet(..) => vertices.to_vec(),
+            Structure::Solid(_, welding, _) => welding.weld(vertices),
         }
     }
 
@@ -174,7 +161,7 @@ impl IsometricMesh {
     pub(crate) fn isometry(&self) -> Option<&Isometry> {
         match &self.structure {
             Structure::Sheet(isometry, _) => isometry.last(),
-            Structure::Solid(_) => None,
+            Structure::Solid(..) => None,
         }
     }
 
@@ -187,15 +174,15 @@ impl IsometricMesh {
     /// The covariances of the vertices with `terms`, isometry and bending. Of a solid, with its rigidity: bounds from above, for the corners
     /// of a vertex's cell are taken to go together.
     pub(crate) fn covariances(&mut self, terms: &[&dyn Energy], vertices: &[DVec3]) -> Option<Vec<DMat3>> {
-        let Some(cage) = &self.cage else {
+        let Structure::Solid(_, welding, cage) = &self.structure else {
             return Some(self.factorized(terms, vertices)?.inverse_blocks());
         };
         let embedded: Vec<_> = terms.iter().map(|&term| Embedded { term, cage }).collect();
         let terms: Vec<&dyn Energy> = embedded.iter().map(|term| term as &dyn Energy).collect();
         let all = self.structure.with(Stiffness::WHOLE, &terms);
-        let nodes = cage.nodes_of(&self.weld(vertices));
+        let nodes = cage.nodes_of(&welding.weld(vertices));
         let of_nodes = self.solver.factorized(&all, &nodes)?.inverse_blocks();
-        Some(self.split(cage.interpolated(&of_nodes)))
+        Some(welding.split(&cage.interpolated(&of_nodes)))
     }
 
     /// Minimises `terms`, isometry and bending from `start`. `halving`: as [`SolveOptions::halving`].
@@ -217,22 +204,17 @@ impl IsometricMesh {
             first_damping: FIRST_DAMPING,
             halving,
         };
-        let start = self.weld(start);
-        let mut solution = match &self.cage {
-            Some(cage) => {
-                let embedded: Vec<_> = terms.iter().map(|&term| Embedded { term, cage }).collect();
-                let terms: Vec<&dyn Energy> = embedded.iter().map(|term| term as &dyn Energy).collect();
-                let all = self.structure.with(stiffness, &terms);
-                self.solver.solve(&all, &cage.nodes_of(&start), &options)?
-            }
-            None => self
+        let Structure::Solid(_, welding, cage) = &self.structure else {
+            return self
                 .solver
-                .solve(&self.structure.with(stiffness, terms), &start, &options)?,
+                .solve(&self.structure.with(stiffness, terms), start, &options);
         };
-        if let Some(cage) = &self.cage {
-            solution.vertices = cage.interpolated(&solution.vertices);
-        }
-        solution.vertices = self.split(solution.vertices);
+        let embedded: Vec<_> = terms.iter().map(|&term| Embedded { term, cage }).collect();
+        let terms: Vec<&dyn Energy> = embedded.iter().map(|term| term as &dyn Energy).collect();
+        let all = self.structure.with(stiffness, &terms);
+        let nodes = cage.nodes_of(&welding.weld(start));
+        let mut solution = self.solver.solve(&all, &nodes, &options)?;
+        solution.vertices = welding.split(&cage.interpolated(&solution.vertices));
         Ok(solution)
     }
 }

@@ -1,9 +1,9 @@
 //! Low-mode search: other shapes that look almost the same, a folded corner or a bend the other way.
 
 use super::close_up::CloseUp;
+use super::measurements::Observation;
 use super::mesh_fitter::{FitRound, Fitted, MeshFitter, Resolution};
-use super::observation::Observation;
-use crate::error::GeometryError;
+use crate::error::Result;
 use crate::surface::Surface;
 use glam::DVec3;
 
@@ -40,11 +40,7 @@ const LEAST_DEPTH_MM: f64 = 20.0;
 /// Takes the sheet of `surface`, seen in `close_up`, to the shape that the image confirms most. Shapes are begun far out along
 /// the softest modes of the fit, where the image and the sheet's stiffness hold it least, and fitted anew: the low-mode
 /// search of Kolossvary and Guida (1996), which finds conformations of molecules.
-pub(super) fn likeliest_shape(
-    fitter: &mut MeshFitter,
-    close_up: &CloseUp,
-    surface: &mut Surface,
-) -> Result<(), GeometryError> {
+pub(super) fn likeliest_shape(fitter: &mut MeshFitter, close_up: &CloseUp, surface: &mut Surface) -> Result<()> {
     let observation = Observation::new(&close_up.grey, &close_up.camera)?;
     let [.., last_blur] = BLURS_PX;
     let side = fitter.template.size_mm().max_element();
@@ -105,7 +101,7 @@ fn softest_modes(
     fitter: &mut MeshFitter,
     observation: Observation<'_>,
     found: &Fitted,
-) -> Result<Vec<(Vec<DVec3>, f64)>, GeometryError> {
+) -> Result<Vec<(Vec<DVec3>, f64)>> {
     let [.., blur] = BLURS_PX;
     let there = FitRound {
         steps: 0,

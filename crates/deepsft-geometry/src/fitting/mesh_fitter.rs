@@ -4,12 +4,11 @@ use super::border::Border;
 use super::correlation::{Correlation, POINT_STEP};
 use super::grid_interpolation::GridInterpolation;
 use super::isometric_mesh::{IsometricMesh, Stiffness};
-use super::observation::Observation;
+use super::measurements::Observation;
 use super::print::{Drawing, Print};
 use super::rigid_fit::rigid_fit;
-use crate::error::GeometryError;
+use crate::error::Result;
 use crate::image::{ContrastNormalizer, Region};
-use crate::maps::Maps;
 use crate::maps::raster::VisibleSurface;
 use crate::mesh::{RigidMotion, Template, TriangleMesh};
 use crate::solver::{Energy, PhotoConsistency, Robust, TexturePoint};
@@ -26,8 +25,8 @@ const WINDOW_BLURS: f32 = 3.0;
 /// a tube at rest it was at most 0.011 higher (a rigidity of 100), of 21 in which they are bent 0.003, 0.011 and from 0.023 on.
 const BENT: f64 = 0.012;
 
-/// Steps of a rigid motion in a round of a solid.
-const RIGID_STEPS: usize = 10;
+/// Steps of a rigid motion before the mesh of a solid bends: if it is stiff, it turns slowly by itself.
+pub(crate) const RIGID_STEPS: usize = 10;
 
 /// Weight of rigidity, of a template that is no sheet.
 pub(crate) const RIGIDITY: f64 = 30.0;
@@ -53,7 +52,6 @@ pub(crate) struct MeshFitter {
     coarser: Option<CoarserMesh>,
 }
 
-/// A sheet's mesh with fewer vertices.
 #[derive(Debug)]
 struct CoarserMesh {
     mesh: IsometricMesh,
@@ -62,7 +60,6 @@ struct CoarserMesh {
     to_coarse: GridInterpolation,
 }
 
-/// Which mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Resolution {
     Fine,
@@ -72,7 +69,6 @@ pub(crate) enum Resolution {
 /// One photo-consistency solve.
 #[derive(Clone, Copy)]
 pub(crate) struct FitRound<'a> {
-    /// Which mesh moves.
     pub(crate) resolution: Resolution,
     /// Blur of image and drawing, pixels of the observed image.
     pub(crate) blur: f32,
@@ -86,13 +82,10 @@ pub(crate) struct FitRound<'a> {
     pub(crate) steps: usize,
     /// Whether the mesh is near its place.
     pub(crate) is_near: bool,
-    /// Maps of the observed image whose mask says which pixels are compared; without them all are.
-    pub(crate) mask: Option<&'a Maps>,
     /// Confidence of each vertex, and the confidence above which a point holds the mesh; without it all do.
     pub(crate) trusted: Option<(&'a [f32], f64)>,
     /// Whether the mesh is held to the paper's border, where that is seen.
     pub(crate) border: bool,
-    /// How stiff the mesh is.
     pub(crate) stiffness: Stiffness,
     /// Pixels of the observed image along the side of a pixel of the canonical image. What is seen counts for its square: errors in
     /// mm are that much smaller.
@@ -112,7 +105,6 @@ impl FitRound<'_> {
             rigid_steps: 0,
             steps,
             is_near: false,
-            mask: None,
             trusted: None,
             border: false,
             stiffness: Stiffness::WHOLE,
@@ -132,21 +124,17 @@ impl FitRound<'_> {
     }
 }
 
-/// A mesh fitted to an image.
 #[derive(Clone, Debug)]
 pub(crate) struct Fitted {
     pub(crate) vertices: Vec<DVec3>,
     pub(crate) correlation: Correlation,
-    /// Solver steps that it took.
     pub(crate) iterations: usize,
-    /// What is left of the energy.
     pub(crate) energy: f64,
     /// Whether it was moved as it is at rest.
     pub(crate) is_rigid: bool,
 }
 
 impl Fitted {
-    /// A mesh before any round.
     pub(crate) fn unmoved(vertices: Vec<DVec3>) -> Self {
         Self {
             vertices,
@@ -197,7 +185,7 @@ impl Fitted {
 
 impl MeshFitter {
     /// Prepares everything that does not depend on the frame. `rigidity` is the weight of rigidity, of a template that is no sheet.
-    pub(crate) fn new(template: &Template, rigidity: f64) -> Result<Self, GeometryError> {
+    pub(crate) fn new(template: &Template, rigidity: f64) -> Result<Self> {
         let mesh = template.mesh();
         let isometric = |own: &TriangleMesh| IsometricMesh::new(own.clone(), mesh);
         let (fine, coarser) = if template.is_sheet() {
@@ -229,17 +217,11 @@ impl MeshFitter {
         rest.iter().map(|&p| motion.apply(p)).collect()
     }
 
-    /// Steps of a rigid motion before the mesh bends: a stiff solid turns slowly by itself.
-    pub(crate) fn rigid_steps(&self) -> usize {
-        if self.template.is_sheet() { 0 } else { RIGID_STEPS }
-    }
-
     /// The mesh that is quickest to solve: of a template that is no sheet the only one.
     pub(crate) fn coarse(&self) -> &IsometricMesh {
         self.coarser.as_ref().map_or(&self.fine, |coarser| &coarser.mesh)
     }
 
-    /// The same, to be solved.
     pub(crate) fn coarse_mut(&mut self) -> &mut IsometricMesh {
         self.coarser
             .as_mut()
@@ -252,31 +234,25 @@ impl MeshFitter {
         self.coarser.as_ref().map_or_else(|| coarse.to_vec(), to_fine)
     }
 
-    /// The fine mesh's vertices as the coarse mesh's.
     pub(crate) fn coarse_vertices(&self, fine: &[DVec3]) -> Vec<DVec3> {
         let to_coarse = |coarser: &CoarserMesh| coarser.to_coarse.apply(fine);
         self.coarser.as_ref().map_or_else(|| fine.to_vec(), to_coarse)
     }
 
-    /// A number of each vertex of the fine mesh as one of each of the coarse mesh.
     pub(crate) fn coarse_scalars(&self, fine: &[f32]) -> Vec<f32> {
         let to_coarse = |coarser: &CoarserMesh| coarser.to_coarse.apply_scalars(fine);
         self.coarser.as_ref().map_or_else(|| fine.to_vec(), to_coarse)
     }
 
-    /// A number of each vertex of the coarse mesh as one of each of the fine mesh.
     pub(crate) fn fine_scalars(&self, coarse: &[f32]) -> Vec<f32> {
         let to_fine = |coarser: &CoarserMesh| coarser.to_fine_linear.apply_scalars(coarse);
         self.coarser.as_ref().map_or_else(|| coarse.to_vec(), to_fine)
     }
 
-    /// Confidences of the coarse mesh's vertices as the fine mesh's.
     pub(crate) fn fine_confidence(&self, coarse: &[f32]) -> Vec<f32> {
-        let mut fine = self.fine_scalars(coarse);
+        let fine = self.fine_scalars(coarse).into_iter();
         // Rounding may have left the range.
-        fine.iter_mut()
-            .for_each(|confidence| *confidence = confidence.clamp(0.0, 1.0));
-        fine
+        fine.map(|confidence| confidence.clamp(0.0, 1.0)).collect()
     }
 
     /// Draws the mesh at `start`, compares it with the image and moves it until they agree. Also says how they agree in the end, at
@@ -287,7 +263,7 @@ impl MeshFitter {
         start: &[DVec3],
         round: &FitRound<'_>,
         priors: &[&dyn Energy],
-    ) -> Result<Fitted, GeometryError> {
+    ) -> Result<Fitted> {
         let (fitted, ()) = self.round_and(observation, start, round, priors, |_, _, _| ())?;
         Ok(fitted)
     }
@@ -295,19 +271,16 @@ impl MeshFitter {
     /// As [`MeshFitter::round`], and what `then` makes of the terms that held the mesh to the image, where the mesh ended.
     pub(crate) fn round_and<T>(
         &mut self,
-        Observation { grey, camera }: Observation<'_>,
+        Observation { grey, camera, mask }: Observation<'_>,
         start: &[DVec3],
         round: &FitRound<'_>,
         priors: &[&dyn Energy],
         then: impl FnOnce(&mut IsometricMesh, (&PhotoConsistency<'_>, &[&dyn Energy]), &[DVec3]) -> T,
-    ) -> Result<(Fitted, T), GeometryError> {
+    ) -> Result<(Fitted, T)> {
         let print = &self.print;
-        let isometric = match round.resolution {
-            Resolution::Coarse => self
-                .coarser
-                .as_mut()
-                .map_or(&mut self.fine, |coarser| &mut coarser.mesh),
-            Resolution::Fine => &mut self.fine,
+        let isometric = match (round.resolution, &mut self.coarser) {
+            (Resolution::Coarse, Some(coarser)) => &mut coarser.mesh,
+            _ => &mut self.fine,
         };
         let surface = VisibleSurface::new(&isometric.mesh, start, camera);
         let shown = Region::shown(grey);
@@ -315,7 +288,7 @@ impl MeshFitter {
         let mut drawing = Drawing::new(
             print,
             &surface,
-            (&shown, round.mask),
+            (&shown, mask),
             (border, round.margin),
             Some(round.point_step),
         );
@@ -339,9 +312,8 @@ impl MeshFitter {
         let weight = PHOTO_CONSISTENCY * round.detail.powi(2) / holding.len().max(1) as f64;
         let photo_consistency = PhotoConsistency::new(isometric.welded(), camera, &image, &holding, weight, ROBUST)?;
         let mut terms: Vec<&dyn Energy> = vec![&photo_consistency];
-        let border = round
-            .border
-            .then(|| Border::new(&isometric.border, start, &surface, print, (grey, &shown), round.detail));
+        let look = || Border::new(&isometric.border, start, &surface, print, (grey, &shown), round.detail);
+        let border = round.border.then(look);
         terms.extend(border.iter().map(|border| border as &dyn Energy));
         let of_image = terms.clone();
         terms.extend(priors);

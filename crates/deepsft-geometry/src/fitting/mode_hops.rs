@@ -1,10 +1,10 @@
 //! Mode hops: fits on a neighbouring row of a print that repeats itself, or on a playing card's other half.
 
 use super::coarse_fitter::{CoarseStart, MIN_MEASUREMENTS};
+use super::measurements::Observation;
 use super::mesh_fitter::{Fitted, MeshFitter};
-use super::observation::Observation;
 use super::self_similarity::SelfSimilarity;
-use crate::error::GeometryError;
+use crate::error::Result;
 use crate::verdict::Verdict;
 
 /// Times that a fit moves on to a place that looks alike and that the image confirms more.
@@ -28,7 +28,7 @@ pub(super) fn best_of_mode_hops<'a>(
     observation: Observation<'_>,
     (found, from): (Fitted, CoarseStart<'a>),
     blurs: &[f32],
-) -> Result<(Fitted, CoarseStart<'a>, Option<f64>), GeometryError> {
+) -> Result<(Fitted, CoarseStart<'a>, Option<f64>)> {
     if self_similarities.is_empty() {
         return Ok((found, from, None));
     }
@@ -75,7 +75,6 @@ pub(super) fn best_of_mode_hops<'a>(
     Ok((found, from, ambiguity.or(Some(1.0))))
 }
 
-/// Whether a fit is worth trying elsewhere.
 fn is_promising(verdict: &Verdict) -> bool {
     verdict.correlation >= MIN_CORRELATION || verdict.explained >= MIN_EXPLAINED
 }
@@ -89,9 +88,9 @@ fn is_same_place(a: &Fitted, b: &Fitted, side: f64) -> bool {
 mod tests {
     use super::*;
     use crate::camera::training_camera;
+    use crate::fitting::measurements::Start;
     use crate::fitting::mesh_fitter::RIGIDITY;
     use crate::fitting::self_similarity::self_similarities;
-    use crate::fitting::start::Start;
     use crate::image::{GreyImage, Picture};
     use crate::maps::raster::VisibleSurface;
     use crate::mesh::Template;

@@ -1,9 +1,8 @@
 //! Grey values freed from light and gain.
 
-use super::grey_image::GreyImage;
+use super::grey_image::{GreyImage, Region};
 use super::image_size::ImageSize;
 use super::picture::Picture;
-use super::region::Region;
 use glam::DVec2;
 
 /// Grey levels added to the local deviation, so that noise on an even surface is not blown up to texture.

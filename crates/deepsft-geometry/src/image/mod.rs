@@ -5,15 +5,11 @@ mod grey_image;
 mod image_size;
 mod mipmap;
 mod picture;
-mod region;
-mod turn;
 
 pub use contrast_normalization::ContrastNormalizedImage;
 pub(crate) use contrast_normalization::ContrastNormalizer;
 pub(crate) use grey_image::GreyImage;
-pub use grey_image::luma;
+pub use grey_image::{Region, luma};
 pub use image_size::ImageSize;
 pub use mipmap::{GreyMipmap, MipLevel};
-pub use picture::Picture;
-pub use region::Region;
-pub use turn::{turned_anticlockwise, turned_clockwise};
+pub use picture::{Picture, turned_anticlockwise, turned_clockwise};

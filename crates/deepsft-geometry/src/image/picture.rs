@@ -1,8 +1,8 @@
-//! An 8-bit RGB picture in memory.
+//! An 8-bit RGB picture in memory, and quarter turns of pixels.
 
 use super::image_size::ImageSize;
-use super::turn::turned_clockwise;
-use crate::error::GeometryError;
+use crate::error::{GeometryError, Result};
+use std::fmt;
 
 /// An 8-bit sRGB picture, row-major, three bytes per pixel, first row on top.
 #[derive(Clone, PartialEq, Eq)]
@@ -11,8 +11,8 @@ pub struct Picture {
     rgb: Vec<u8>,
 }
 
-impl std::fmt::Debug for Picture {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+impl fmt::Debug for Picture {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "Picture({})", self.size)
     }
 }
@@ -22,7 +22,7 @@ impl Picture {
     ///
     /// # Errors
     /// [`GeometryError::PictureSize`] without pixels and when the buffer's length does not fit.
-    pub fn new(width: usize, height: usize, rgb: Vec<u8>) -> Result<Self, GeometryError> {
+    pub fn new(width: usize, height: usize, rgb: Vec<u8>) -> Result<Self> {
         let size = ImageSize { width, height };
         let actual = rgb.len();
         // More pixels than any memory has do not wrap around to a small number.
@@ -112,5 +112,31 @@ impl Picture {
                 ((sum + 2) / 4) as u8
             })
         })
+    }
+}
+
+/// Pixels in rows of `width`, turned by a quarter clockwise: the first row becomes the last column.
+pub fn turned_clockwise<T: Copy>(pixels: &[T], width: usize) -> Vec<T> {
+    let column = |x: usize| pixels[x..].iter().step_by(width).rev();
+    (0..width.min(pixels.len())).flat_map(column).copied().collect()
+}
+
+/// Pixels in rows of `width`, turned by a quarter anticlockwise: the first row becomes the first column, read upwards.
+pub fn turned_anticlockwise<T: Copy>(pixels: &[T], width: usize) -> Vec<T> {
+    let column = |x: usize| pixels[x..].iter().step_by(width);
+    (0..width.min(pixels.len())).rev().flat_map(column).copied().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_quarter_turn_moves_the_corners_and_the_opposite_one_undoes_it() {
+        let pixels = [1, 2, 3, 4, 5, 6];
+        assert_eq!(turned_clockwise(&pixels, 3), [4, 1, 5, 2, 6, 3]);
+        assert_eq!(turned_anticlockwise(&pixels, 3), [3, 6, 2, 5, 1, 4]);
+        assert_eq!(turned_anticlockwise(&turned_clockwise(&pixels, 3), 2), pixels);
+        assert_eq!(turned_clockwise::<u8>(&[], 3), []);
     }
 }

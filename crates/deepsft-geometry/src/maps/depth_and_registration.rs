@@ -1,6 +1,6 @@
 //! Depth and registration maps.
 
-use crate::error::GeometryError;
+use crate::error::{GeometryError, Result};
 use crate::image::{ImageSize, turned_anticlockwise};
 use glam::DVec2;
 
@@ -31,12 +31,7 @@ impl Maps {
     ///
     /// # Errors
     /// [`GeometryError::MapSize`] when a map does not have `width * height` entries.
-    pub fn new(
-        width: usize,
-        height: usize,
-        depth: Vec<f32>,
-        registration: Vec<[f32; 2]>,
-    ) -> Result<Self, GeometryError> {
+    pub fn new(width: usize, height: usize, depth: Vec<f32>, registration: Vec<[f32; 2]>) -> Result<Self> {
         let size = ImageSize { width, height };
         for length in [depth.len(), registration.len()] {
             if length != size.area() {

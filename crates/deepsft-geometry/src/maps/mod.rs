@@ -2,18 +2,16 @@
 
 mod color_response;
 mod depth_and_registration;
-mod erosion;
 mod islands;
 pub mod metrics;
-mod paired_sums;
 mod photo_consistency;
 pub mod raster;
 mod visible_surface;
 
 pub use color_response::{ColorMatch, ColorResponse};
 pub use depth_and_registration::{Maps, OUTSIDE};
-pub(crate) use erosion::erode;
+pub(crate) use islands::erode;
 pub use islands::remove_islands;
-pub(crate) use paired_sums::PairedSums;
+pub(crate) use photo_consistency::PairedSums;
 pub use photo_consistency::{draw_template, mipmap_level, photo_consistency_error, relit_photo_consistency_error};
 pub use visible_surface::visible_surface;

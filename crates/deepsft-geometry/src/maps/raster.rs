@@ -249,13 +249,10 @@ impl VisibleSurface {
         &self.centres
     }
 
-    /// The face seen at the centre of the pixel that holds an image position.
-    pub fn triangle_at(&self, position: DVec2) -> Option<usize> {
-        let [column, row] = [position.x, position.y].map(|along| along as usize);
-        let region = self.region();
-        let is_inside = region.columns().contains(&column) && region.rows().contains(&row);
-        let index = || (row - region.top) * region.width + column - region.left;
-        is_inside.then(index).and_then(|index| self.centres.triangle(index))
+    /// The triangle seen at the centre of the pixel that holds an image position.
+    pub fn triangle_at(&self, position: DVec2) -> Option<&ImageTriangle> {
+        let index = self.region().index(position.x as usize, position.y as usize)?;
+        self.triangles[self.centres.triangle(index)?].as_ref()
     }
 
     /// The pixels (column, row) whose centre sees the front, with the face they see and its triangle. Where the back

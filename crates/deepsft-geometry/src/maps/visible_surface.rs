@@ -2,8 +2,8 @@
 
 use super::Maps;
 use crate::camera::Camera;
+use crate::error::TemplateError;
 use crate::mesh::TriangleMesh;
-use crate::template_error::TemplateError;
 use glam::DVec2;
 
 /// Pixels between the vertices of the mesh.

@@ -22,20 +22,10 @@ pub struct RestSurface {
     faces: RTree<Face>,
 }
 
-/// A face and its corners, mm.
 #[derive(Clone, Debug)]
 struct Face {
     index: usize,
     corners: [DVec3; 3],
-}
-
-impl Face {
-    fn nearest(&self, point: DVec3) -> SurfacePoint {
-        SurfacePoint {
-            face: self.index,
-            barycentric: nearest_in_triangle(point, self.corners),
-        }
-    }
 }
 
 impl RTreeObject for Face {
@@ -108,9 +98,9 @@ impl RestSurface {
         if !point.is_finite() {
             return None;
         }
-        let mut nearest = self.faces.nearest_neighbor(point.to_array())?.nearest(point);
-        nearest.barycentric = nearest.barycentric.map(|w| (w + INSIDE) / (1.0 + 3.0 * INSIDE));
-        Some(nearest)
+        let &Face { index: face, corners } = self.faces.nearest_neighbor(point.to_array())?;
+        let barycentric = nearest_in_triangle(point, corners).map(|w| (w + INSIDE) / (1.0 + 3.0 * INSIDE));
+        Some(SurfacePoint { face, barycentric })
     }
 }
 

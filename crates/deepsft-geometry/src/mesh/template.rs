@@ -1,11 +1,10 @@
 //! The known object: rest shape and texture.
 
-use super::surface_locator::SurfaceLocator;
+use super::surface_point::SurfaceLocator;
 use super::topology::{Topology, texture_overlap};
 use super::triangle_mesh::TriangleMesh;
-use crate::error::GeometryError;
+use crate::error::{GeometryError, Result, TemplateError};
 use crate::image::Picture;
-use crate::template_error::TemplateError;
 use glam::{DVec2, DVec3};
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -31,7 +30,6 @@ const TEXTURE_ROUNDING: f64 = 1e-6;
 #[derive(Clone, Debug)]
 pub struct Template {
     shape: Shape,
-    /// Millimetres that a difference of 1 in u and in v covers.
     size_mm: DVec2,
     mesh: TriangleMesh,
     /// Shared by clones: the finders and the fit of a target each have one.
@@ -87,15 +85,13 @@ impl Template {
         let unit = |uv: &DVec2| uv.clamp(DVec2::ZERO, DVec2::ONE);
         let outside = |uv: &DVec2| uv.distance(unit(uv)) > TEXTURE_ROUNDING;
         if let Some(vertex) = mesh.texture_coordinates().iter().position(outside) {
-            let DVec2 { x: u, y: v } = mesh.texture_coordinates()[vertex];
-            return Err(TemplateError::TextureOutside { vertex, u, v });
+            let uv = mesh.texture_coordinates()[vertex];
+            return Err(TemplateError::TextureOutside(vertex, uv));
         }
         Topology::of(&mesh)?;
         let overlap = texture_overlap(&mesh);
         if overlap >= MAX_OVERLAP {
-            return Err(TemplateError::ChartsOverlap {
-                percent: 100.0 * overlap,
-            });
+            return Err(TemplateError::ChartsOverlap(100.0 * overlap));
         }
         let texture_coordinates = mesh.texture_coordinates().iter().map(unit).collect();
         let mesh = TriangleMesh::new(mesh.vertices().to_vec(), texture_coordinates, mesh.faces().to_vec())?;
@@ -111,7 +107,7 @@ impl Template {
     ///
     /// # Errors
     /// [`GeometryError::NotASheet`] for a template of another shape.
-    pub fn coarser(&self, times: usize) -> Result<Self, GeometryError> {
+    pub fn coarser(&self, times: usize) -> Result<Self> {
         self.expect_sheet("a coarser grid")?;
         let cell = self.size_mm.length() * CELL_FRACTION * times as f64;
         // Nothing is drawn with it.
@@ -119,8 +115,8 @@ impl Template {
         Ok(Self::with_cells(picture, self.size_mm, cell)?)
     }
 
-    pub(crate) fn expect_sheet(&self, operation: &'static str) -> Result<(usize, usize), GeometryError> {
-        self.grid().ok_or(GeometryError::NotASheet { operation })
+    pub(crate) fn expect_sheet(&self, operation: &'static str) -> Result<(usize, usize)> {
+        self.grid().ok_or(GeometryError::NotASheet(operation))
     }
 
     fn with_cells(texture: Picture, size_mm: DVec2, cell: f64) -> Result<Self, TemplateError> {
@@ -132,7 +128,7 @@ impl Template {
     ///
     /// # Errors
     /// [`GeometryError::NotASheet`] for a template of another shape.
-    pub fn finer(&self) -> Result<Self, GeometryError> {
+    pub fn finer(&self) -> Result<Self> {
         let (columns, rows) = self.expect_sheet("a finer grid")?;
         let grid = (2 * columns - 1, 2 * rows - 1);
         Ok(Self::of_grid(self.texture.clone(), self.size_mm, grid)?)
@@ -151,11 +147,7 @@ impl Template {
     ///
     /// # Errors
     /// [`TemplateError::Size`] when a length is not positive and finite.
-    pub fn around_cylinder(
-        texture: Picture,
-        [width_mm, height_mm]: [f64; 2],
-        diameter_mm: f64,
-    ) -> Result<Self, GeometryError> {
+    pub fn around_cylinder(texture: Picture, [width_mm, height_mm]: [f64; 2], diameter_mm: f64) -> Result<Self> {
         check_sizes([("width", width_mm), ("height", height_mm), ("diameter", diameter_mm)])?;
         let radius = diameter_mm / 2.0;
         let is_closed = width_mm > TAU * radius * (1.0 - TEXTURE_ROUNDING);

@@ -1,7 +1,7 @@
 //! Which vertices of a mesh are one point of its surface.
 
 use super::triangle_mesh::TriangleMesh;
-use crate::template_error::TemplateError;
+use crate::error::TemplateError;
 use glam::DVec3;
 use std::collections::HashMap;
 

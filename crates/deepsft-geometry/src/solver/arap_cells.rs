@@ -32,7 +32,6 @@ pub(crate) struct ArapCells {
     pub(crate) degrees: Vec<f64>,
     /// Sum of w_ij q_ij over j.
     rest_sums: Vec<DVec3>,
-    /// Most neighbours of a vertex.
     max_neighbours: usize,
     pub(crate) arap: f64,
     pub(crate) smoothness: f64,
@@ -65,13 +64,10 @@ impl ArapCells {
 
     /// For `edges` between `points`, all of one weight for a unit of squared length.
     pub(crate) fn of_edges(points: &[DVec3], edges: &[[usize; 2]], arap: f64) -> Self {
-        let mean = edges
-            .iter()
-            .map(|[a, b]| points[*a].distance_squared(points[*b]))
-            .sum::<f64>()
-            / edges.len() as f64;
-        let weighed = edges.iter().flat_map(|&[a, b]| {
-            let weight = mean / points[a].distance_squared(points[b]);
+        let square = |[a, b]: &[usize; 2]| points[*a].distance_squared(points[*b]);
+        let mean = edges.iter().map(square).sum::<f64>() / edges.len() as f64;
+        let weighed = edges.iter().flat_map(|edge @ &[a, b]| {
+            let weight = mean / square(edge);
             [([a, b], weight), ([b, a], weight)]
         });
         Self::of_half_edges(points, weighed.collect(), arap, 0.0)
@@ -138,7 +134,6 @@ impl ArapCells {
         nearest_rotation(covariance, guess)
     }
 
-    /// The best rotation of each cell.
     pub(crate) fn rotations(&self, vertices: &[DVec3]) -> Vec<DQuat> {
         let mut rotation = DQuat::IDENTITY;
         let of_cell = |(i, vertex): (usize, &DVec3)| {

@@ -1,6 +1,6 @@
 //! Sparse Cholesky factorisation with the symbolic work done once.
 
-use crate::error::GeometryError;
+use crate::error::{GeometryError, Result};
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::linalg::SupernodalThreshold;
 use faer::sparse::linalg::cholesky::{
@@ -25,27 +25,6 @@ pub(crate) struct SparseCholesky {
     permuted: Vec<DVec3>,
 }
 
-/// Some columns of the factor that have the same rows below them: their common rows, and the entries.
-struct Columns<'a> {
-    /// The first column.
-    start: usize,
-    /// How many.
-    count: usize,
-    /// Rows below the last of the columns.
-    rows: &'a [usize],
-    /// Column by column, `count + rows.len()` entries each: rows `start..start + count`, then `rows`.
-    entries: &'a [f64],
-}
-
-impl Columns<'_> {
-    /// Column `c` of these: the entries from its diagonal down to the last of the columns, and in `rows`.
-    fn column(&self, c: usize) -> (&[f64], &[f64]) {
-        let height = self.count + self.rows.len();
-        let (within, below) = self.entries[c * height..(c + 1) * height].split_at(self.count);
-        (&within[c..], below)
-    }
-}
-
 impl std::fmt::Debug for SparseCholesky {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "SparseCholesky({} unknowns)", self.dimension())
@@ -55,7 +34,7 @@ impl std::fmt::Debug for SparseCholesky {
 impl SparseCholesky {
     /// Analyses the pattern of the lower triangle, at least one column, in compressed columns: `rows` of column `j` are
     /// `rows[column_starts[j]..column_starts[j + 1]]`, ascending, the diagonal first.
-    pub(crate) fn new(column_starts: Vec<usize>, rows: Vec<usize>) -> Result<Self, GeometryError> {
+    pub(crate) fn new(column_starts: Vec<usize>, rows: Vec<usize>) -> Result<Self> {
         let n = column_starts.len() - 1;
         let pattern = SymbolicSparseColMatRef::new_checked(n, n, &column_starts, None, &rows);
         let symbolic = factorize_symbolic_cholesky(
@@ -68,7 +47,7 @@ impl SparseCholesky {
                 ..CholeskySymbolicParams::default()
             },
         )
-        .map_err(|_| GeometryError::Singular { unknowns: n })?;
+        .map_err(|_| GeometryError::Singular(n))?;
         let factor = vec![0.0; symbolic.len_val()];
         let scratch = MemBuffer::new(
             symbolic
@@ -85,14 +64,13 @@ impl SparseCholesky {
         })
     }
 
-    /// Number of rows of the matrix.
     pub(crate) fn dimension(&self) -> usize {
         self.column_starts.len() - 1
     }
 
     /// Factorises the matrix whose lower triangle has `values`, in the pattern's order. [`GeometryError::Singular`] when it
     /// is not positive definite; then there is nothing to [`solve`](Self::solve) with.
-    pub(crate) fn factorize(&mut self, values: &[f64]) -> Result<(), GeometryError> {
+    pub(crate) fn factorize(&mut self, values: &[f64]) -> Result<()> {
         let n = self.dimension();
         let pattern = SymbolicSparseColMatRef::new_checked(n, n, &self.column_starts, None, &self.rows);
         let matrix = SparseColMatRef::new(pattern, values);
@@ -107,7 +85,7 @@ impl SparseCholesky {
                 stack,
                 Default::default(),
             )
-            .map_err(|_| GeometryError::Singular { unknowns: n })?;
+            .map_err(|_| GeometryError::Singular(n))?;
         Ok(())
     }
 
@@ -132,30 +110,28 @@ impl SparseCholesky {
             *point = right_hand_side[self.matrix_column(k)];
         }
         for block in 0..self.supernodes().n_supernodes() {
-            let columns = self.columns(block);
-            for c in 0..columns.count {
-                let (within, below) = columns.column(c);
-                let (point, after) = points[columns.start + c..].split_at_mut(1);
+            let (start, rows, columns) = self.columns(block);
+            for (c, (within, below)) in columns.enumerate() {
+                let (point, after) = points[start + c..].split_at_mut(1);
                 point[0] /= within[0];
                 for (other, entry) in after.iter_mut().zip(&within[1..]) {
                     *other -= *entry * point[0];
                 }
                 let point = point[0];
-                for (&row, entry) in columns.rows.iter().zip(below) {
+                for (&row, entry) in rows.iter().zip(below) {
                     points[row] -= *entry * point;
                 }
             }
         }
         for block in (0..self.supernodes().n_supernodes()).rev() {
-            let columns = self.columns(block);
-            for c in (0..columns.count).rev() {
-                let (within, below) = columns.column(c);
-                let at = columns.start + c;
+            let (start, rows, columns) = self.columns(block);
+            for (c, (within, below)) in columns.enumerate().rev() {
+                let at = start + c;
                 let mut point = points[at];
                 for (other, entry) in points[at + 1..].iter().zip(&within[1..]) {
                     point -= *entry * *other;
                 }
-                for (&row, entry) in columns.rows.iter().zip(below) {
+                for (&row, entry) in rows.iter().zip(below) {
                     point -= *entry * points[row];
                 }
                 points[at] = point / within[0];
@@ -174,18 +150,24 @@ impl SparseCholesky {
         }
     }
 
-    /// A block of columns of the factor.
-    fn columns(&self, block: usize) -> Columns<'_> {
+    /// Some columns of the factor that have the same rows below them: the first column, these rows, and of each column the entries from its
+    /// diagonal down to the last of the columns, and in these rows.
+    fn columns(
+        &self,
+        block: usize,
+    ) -> (
+        usize,
+        &[usize],
+        impl DoubleEndedIterator<Item = (&[f64], &[f64])> + ExactSizeIterator,
+    ) {
         let supernodes = self.supernodes();
         let start = supernodes.supernode_begin()[block];
         let rows = supernodes.col_ptr_for_row_idx()[block]..supernodes.col_ptr_for_row_idx()[block + 1];
         let entries = supernodes.col_ptr_for_val()[block]..supernodes.col_ptr_for_val()[block + 1];
-        Columns {
-            start,
-            count: supernodes.supernode_end()[block] - start,
-            rows: &supernodes.row_idx()[rows],
-            entries: &self.factor[entries],
-        }
+        let (count, rows) = (supernodes.supernode_end()[block] - start, &supernodes.row_idx()[rows]);
+        let columns = self.factor[entries].chunks_exact(count + rows.len()).enumerate();
+        let parts = columns.map(move |(c, column)| (&column[c..count], &column[count..]));
+        (start, rows, parts)
     }
 
     /// Column of the factor -> column of the matrix.
@@ -215,7 +197,6 @@ mod tests {
         (SparseCholesky::new(starts, rows).unwrap(), values)
     }
 
-    /// The matrix times a vector.
     fn product(cholesky: &SparseCholesky, values: &[f64], x: &[f64]) -> Vec<f64> {
         let mut product = vec![0.0; x.len()];
         for (column, ends) in cholesky.column_starts.windows(2).enumerate() {

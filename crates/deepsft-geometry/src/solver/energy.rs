@@ -1,5 +1,7 @@
-//! What a mesh can be asked to minimise.
+//! What a mesh can be asked to minimise, by which length all terms measure, and what they check.
 
+use crate::error::{GeometryError, Result};
+use crate::mesh::TriangleMesh;
 use glam::DVec3;
 
 /// One energy term of the mesh solver: a weighted, possibly robust sum of squared residuals of the vertex positions.
@@ -93,6 +95,41 @@ impl Robust {
             Self::Cauchy(scale) => 1.0 / (1.0 + square / (scale * scale)),
         }
     }
+}
+
+pub(crate) fn check_weight(term: &'static str, weight: f64) -> Result<()> {
+    check(term, weight, weight >= 0.0)
+}
+
+/// The scale of a robust function, if it has one.
+pub(crate) fn check_robust(term: &'static str, robust: Robust) -> Result<()> {
+    match robust {
+        Robust::Squares => Ok(()),
+        Robust::Cauchy(scale) => check_scale(term, scale),
+    }
+}
+
+pub(crate) fn check_scale(term: &'static str, scale: f64) -> Result<()> {
+    check(term, scale, scale > 0.0)
+}
+
+fn check(term: &'static str, actual: f64, is_in_range: bool) -> Result<()> {
+    match actual.is_finite() && is_in_range {
+        true => Ok(()),
+        false => Err(GeometryError::Weight { term, actual }),
+    }
+}
+
+/// The mean edge length of `template`, in its unit: the lengths in all terms are divided by it.
+///
+/// # Errors
+/// [`GeometryError::MeshWithoutExtent`] when the mesh has no edge of positive length.
+pub fn mean_edge_length(template: &TriangleMesh) -> Result<f64> {
+    let (edges, v) = (template.edges(), template.vertices());
+    let sum: f64 = edges.iter().map(|&[a, b]| v[a].distance(v[b])).sum();
+    let mean = sum / edges.len() as f64;
+    let is_length = mean.is_finite() && mean > 0.0;
+    is_length.then_some(mean).ok_or(GeometryError::MeshWithoutExtent)
 }
 
 #[cfg(test)]

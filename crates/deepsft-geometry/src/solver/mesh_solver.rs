@@ -1,9 +1,8 @@
 //! Levenberg-Marquardt over the vertices of a template.
 
-use super::energy::Energy;
-use super::mean_edge_length::mean_edge_length;
+use super::energy::{Energy, mean_edge_length};
 use super::normal_equations::NormalEquations;
-use crate::error::{GeometryError, check_start};
+use crate::error::{GeometryError, Result, check_start};
 use crate::mesh::TriangleMesh;
 use glam::DVec3;
 
@@ -74,16 +73,6 @@ pub struct Solution {
 /// Vertices and the energy of each term there.
 type Shape = (Vec<DVec3>, Vec<f64>);
 
-/// What became of a linearised problem.
-enum Outcome {
-    /// A lower energy, and whether that settles it.
-    Lower(Shape, bool),
-    /// Nothing lower within the tolerances.
-    Lowest,
-    /// No damping lowers the energy.
-    Stuck,
-}
-
 /// Damping by Nielsen's rule (Madsen, Nielsen and Tingleff 2004): less the better the model foretold the
 /// decrease, more and faster more at every failure.
 struct Damping {
@@ -92,10 +81,6 @@ struct Damping {
 }
 
 impl Damping {
-    fn new(fraction: f64) -> Self {
-        Self { fraction, growth: 2.0 }
-    }
-
     fn lower(&mut self, gain: f64) {
         // A tenth instead of Nielsen's third: most of our problems are nearly linear near their start.
         let factor = (1.0 - (2.0 * gain - 1.0).powi(3)).clamp(0.1, 2.0);
@@ -146,7 +131,7 @@ impl MeshSolver {
     ///
     /// # Errors
     /// [`GeometryError::MeshWithoutExtent`] for a mesh without an edge of positive length.
-    pub fn new(template: &TriangleMesh, structure: &[&dyn Energy]) -> Result<Self, GeometryError> {
+    pub fn new(template: &TriangleMesh, structure: &[&dyn Energy]) -> Result<Self> {
         let mut pairs = template.edges();
         for term in structure {
             term.stencils(&mut |stencil| {
@@ -159,7 +144,7 @@ impl MeshSolver {
     }
 
     /// Prepares for points of which residuals couple `pairs`. `scale` is a length beside which a step is short.
-    pub(crate) fn of_pairs(points: usize, pairs: Vec<[usize; 2]>, scale: f64) -> Result<Self, GeometryError> {
+    pub(crate) fn of_pairs(points: usize, pairs: Vec<[usize; 2]>, scale: f64) -> Result<Self> {
         let equations = NormalEquations::new(points, pairs)?;
         Ok(Self { equations, scale })
     }
@@ -174,12 +159,7 @@ impl MeshSolver {
     ///
     /// # Panics
     /// With a term of another template, whose vertices are not there.
-    pub fn solve(
-        &mut self,
-        terms: &[&dyn Energy],
-        start: &[DVec3],
-        options: &SolveOptions,
-    ) -> Result<Solution, GeometryError> {
+    pub fn solve(&mut self, terms: &[&dyn Energy], start: &[DVec3], options: &SolveOptions) -> Result<Solution> {
         check_start(start, self.equations.gradient.len())?;
         let initial: Vec<f64> = terms.iter().map(|t| t.energy(start)).collect();
         if let Some((term, &energy)) = terms.iter().zip(&initial).find(|(_, e)| !e.is_finite()) {
@@ -189,19 +169,16 @@ impl MeshSolver {
             });
         }
         let mut here = (start.to_vec(), initial.clone());
-        let mut damping = Damping::new(options.first_damping.max(MIN_DAMPING));
+        let fraction = options.first_damping.max(MIN_DAMPING);
+        let mut damping = Damping { fraction, growth: 2.0 };
         let (mut converged, mut iterations) = (false, 0);
         while !converged && iterations < options.max_iterations {
             self.linearize(terms, &here.0)?;
-            match self.iterate(terms, &here, &mut damping, options) {
-                Outcome::Lower(there, settled) => {
-                    iterations += 1;
-                    converged = settled;
-                    here = there;
-                }
-                Outcome::Lowest => converged = true,
-                Outcome::Stuck => break,
-            }
+            let (lower, settled) = self.iterate(terms, &here, &mut damping, options);
+            converged = settled;
+            let Some(there) = lower else { break };
+            iterations += 1;
+            here = there;
         }
         let (vertices, reached) = here;
         Ok(Solution {
@@ -213,14 +190,15 @@ impl MeshSolver {
         })
     }
 
-    /// One accepted step of the linearised problem, with as much damping as it takes.
+    /// One accepted step of the linearised problem, with as much damping as it takes, and whether it settles the problem. `None` where no
+    /// damping lowers the energy: settled within the tolerances, else stuck.
     fn iterate(
         &mut self,
         terms: &[&dyn Energy],
         (vertices, energies): &Shape,
         damping: &mut Damping,
         options: &SolveOptions,
-    ) -> Outcome {
+    ) -> (Option<Shape>, bool) {
         let energy: f64 = energies.iter().sum();
         while damping.fraction <= MAX_DAMPING {
             let added = self.added(damping.fraction);
@@ -239,22 +217,22 @@ impl MeshSolver {
                         || foretold.max(decrease) <= options.energy_tolerance * energy);
                 if decrease > 0.0 {
                     damping.lower(decrease / foretold.max(f64::MIN_POSITIVE));
-                    return Outcome::Lower((there, reached), settled);
+                    return (Some((there, reached)), settled);
                 }
                 if settled {
-                    return Outcome::Lowest;
+                    return (None, true);
                 }
                 if options.halving && foretold <= NEAR * energy {
                     let half: Vec<_> = vertices.iter().zip(&there).map(|(a, b)| a.midpoint(*b)).collect();
                     let reached: Vec<f64> = terms.iter().map(|t| t.energy(&half)).collect();
                     if energy > reached.iter().sum::<f64>() {
-                        return Outcome::Lower((half, reached), false);
+                        return (Some((half, reached)), false);
                     }
                 }
             }
             damping.raise();
         }
-        Outcome::Stuck
+        (None, false)
     }
 
     /// Where the step leads on the curved path: with geodesic acceleration (Transtrum and Sethna 2012, *Improvements to the
@@ -280,12 +258,12 @@ impl MeshSolver {
         Some(&mut self.equations)
     }
 
-    fn linearize(&mut self, terms: &[&dyn Energy], vertices: &[DVec3]) -> Result<(), GeometryError> {
+    fn linearize(&mut self, terms: &[&dyn Energy], vertices: &[DVec3]) -> Result<()> {
         self.equations.clear();
         for term in terms {
             term.linearize(vertices, &mut self.equations);
             if self.equations.outside {
-                return Err(GeometryError::Coupling { term: term.name() });
+                return Err(GeometryError::Coupling(term.name()));
             }
         }
         Ok(())

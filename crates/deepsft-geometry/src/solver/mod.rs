@@ -15,18 +15,15 @@
 //! shape with the same weights. From 3D points and ARAP alone [`ArapCompletion`](crate::ArapCompletion) completes a mesh.
 
 pub(crate) mod arap_cells;
-pub(crate) mod checked;
 pub(crate) mod cholesky;
-mod energy;
-mod mean_edge_length;
+pub(crate) mod energy;
 mod mesh_solver;
 mod normal_equations;
 pub(crate) mod terms;
 
 pub use crate::image::ContrastNormalizedImage;
 pub use crate::mesh::SurfacePoint;
-pub use energy::{Energy, ResidualSink, Robust};
-pub use mean_edge_length::mean_edge_length;
+pub use energy::{Energy, ResidualSink, Robust, mean_edge_length};
 pub use mesh_solver::{MeshSolver, Solution, SolveOptions};
 pub(crate) use normal_equations::NormalEquations;
 pub(crate) use terms::Rigidity;

@@ -2,7 +2,7 @@
 
 use super::cholesky::SparseCholesky;
 use super::energy::ResidualSink;
-use crate::error::GeometryError;
+use crate::error::Result;
 use glam::{DMat3, DVec3};
 
 /// J^T W J (lower triangle, blocks of 3 x 3) and J^T W r of residuals over n vertices. Which pairs of
@@ -31,7 +31,7 @@ const NONE: [usize; 3] = [usize::MAX; 3];
 
 impl NormalEquations {
     /// For `vertices` vertices and the coupled `pairs` (any order, any number of times).
-    pub(crate) fn new(vertices: usize, mut pairs: Vec<[usize; 2]>) -> Result<Self, GeometryError> {
+    pub(crate) fn new(vertices: usize, mut pairs: Vec<[usize; 2]>) -> Result<Self> {
         for pair in &mut pairs {
             // Column first, so that sorting goes column by column.
             pair.sort_unstable();
@@ -71,7 +71,6 @@ impl NormalEquations {
         self.rows[start..end].binary_search(&row).ok().map(|k| start + k)
     }
 
-    /// Starts over.
     pub(crate) fn clear(&mut self) {
         self.blocks.fill(DMat3::ZERO);
         self.gradient.fill(DVec3::ZERO);
@@ -87,7 +86,7 @@ impl NormalEquations {
     }
 
     /// Factorises J^T W J with `added` on its diagonal; an error when it is not positive definite.
-    pub(crate) fn factorize(&mut self, added: &[DVec3]) -> Result<(), GeometryError> {
+    pub(crate) fn factorize(&mut self, added: &[DVec3]) -> Result<()> {
         let mut next = 0;
         for (j, added) in added.iter().enumerate() {
             let added = added.to_array();

@@ -68,7 +68,6 @@ fn minimum(mesh: &TriangleMesh, points: &[VertexPoint]) -> Completion {
     let options = CompletionOptions {
         max_iterations: 2000,
         step_tolerance: 1e-6,
-        ..CompletionOptions::default()
     };
     let least = ArapCompletion::new(mesh, options)
         .unwrap()
@@ -372,7 +371,6 @@ fn the_energy_of_the_result_is_a_minimum() {
     let options = CompletionOptions {
         max_iterations: 2000,
         step_tolerance: 1e-7,
-        ..Default::default()
     };
     let solved = ArapCompletion::new(&mesh, options)
         .unwrap()

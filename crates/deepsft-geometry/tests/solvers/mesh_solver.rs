@@ -380,7 +380,7 @@ fn starts_and_terms_that_do_not_fit_are_refused() {
     );
     assert_eq!(
         solver.solve(&[&bending], mesh.vertices(), &options).unwrap_err(),
-        GeometryError::Coupling { term: "bending" }
+        GeometryError::Coupling("bending")
     );
     let nan = vec![DVec3::NAN; n];
     assert!(matches!(

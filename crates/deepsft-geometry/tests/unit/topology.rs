@@ -72,8 +72,5 @@ fn a_seam_is_found_and_a_face_turned_over_is_refused_by_its_number() {
         ),
         (1, 2, 1, 4)
     );
-    assert_eq!(
-        Topology::of(&pair(true)),
-        Err(TemplateError::FaceOrientation { first: 0, second: 1 })
-    );
+    assert_eq!(Topology::of(&pair(true)), Err(TemplateError::FaceOrientation(0, 1)));
 }

@@ -2,8 +2,7 @@
 
 use crate::error::GeometryError;
 use crate::mesh::{Side, TriangleMesh};
-use crate::solver::checked::check_weight;
-use crate::solver::energy::{Energy, ResidualSink};
+use crate::solver::energy::{Energy, ResidualSink, check_weight};
 use glam::DVec3;
 
 /// A face whose doubled area is below this fraction of its longest edge squared is taken as a line: its

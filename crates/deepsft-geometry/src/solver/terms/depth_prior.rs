@@ -1,9 +1,8 @@
 //! Depth measured at points of the template.
 
-use crate::error::GeometryError;
+use crate::error::Result;
 use crate::mesh::{AnchoredPoint, SurfacePoint, TriangleMesh};
-use crate::solver::checked::{check_robust, check_scale, check_weight};
-use crate::solver::energy::{Energy, ResidualSink, Robust};
+use crate::solver::energy::{Energy, ResidualSink, Robust, check_robust, check_scale, check_weight};
 use glam::DVec3;
 
 /// The depth of a template point.
@@ -31,13 +30,8 @@ impl DepthPrior {
     /// finite or lie on no face, or on one that names a vertex twice, are left out.
     ///
     /// # Errors
-    /// [`GeometryError::Weight`] for a weight, deviation or scale that cannot be one.
-    pub fn new(
-        template: &TriangleMesh,
-        points: &[PointDepth],
-        weight: f64,
-        robust: Robust,
-    ) -> Result<Self, GeometryError> {
+    /// [`GeometryError::Weight`](crate::GeometryError::Weight) for a weight, deviation or scale that cannot be one.
+    pub fn new(template: &TriangleMesh, points: &[PointDepth], weight: f64, robust: Robust) -> Result<Self> {
         check_weight("depth prior", weight)?;
         check_robust("depth prior", robust)?;
         points

@@ -2,9 +2,7 @@
 
 use crate::error::GeometryError;
 use crate::mesh::TriangleMesh;
-use crate::solver::checked::check_weight;
-use crate::solver::energy::{Energy, ResidualSink};
-use crate::solver::mean_edge_length::mean_edge_length;
+use crate::solver::energy::{Energy, ResidualSink, check_weight, mean_edge_length};
 use glam::DVec3;
 
 /// Isometry: weight times the sum over edges of ((|p_i - p_j| - |q_i - q_j|) / mean edge length)^2. The
@@ -13,7 +11,6 @@ use glam::DVec3;
 pub struct Isometry {
     /// Vertices of each edge, and the edge at rest.
     edges: Vec<([usize; 2], DVec3)>,
-    /// Rest length of each edge.
     lengths: Vec<f64>,
     weight: f64,
     per_length: f64,

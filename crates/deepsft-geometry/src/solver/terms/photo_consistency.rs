@@ -4,8 +4,7 @@ use crate::camera::Camera;
 use crate::error::{GeometryError, check_size};
 use crate::image::ContrastNormalizedImage;
 use crate::mesh::{AnchoredPoint, SurfacePoint, TriangleMesh};
-use crate::solver::checked::{check_robust, check_weight};
-use crate::solver::energy::{Energy, ResidualSink, Robust};
+use crate::solver::energy::{Energy, ResidualSink, Robust, check_robust, check_weight};
 use glam::{DVec2, DVec3};
 
 /// A template point and what is printed there.
@@ -93,9 +92,8 @@ impl<'a> PhotoConsistency<'a> {
 
     /// Residual and image gradient at an image position.
     fn residual(&self, pixel: DVec2, value: f64) -> (f64, DVec2) {
-        self.image
-            .sample_continued(pixel)
-            .map_or((1.0, DVec2::ZERO), |(seen, gradient)| (seen - value, gradient))
+        let seen = self.image.sample_continued(pixel);
+        seen.map_or((1.0, DVec2::ZERO), |(seen, gradient)| (seen - value, gradient))
     }
 }
 

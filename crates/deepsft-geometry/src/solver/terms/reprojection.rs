@@ -1,10 +1,9 @@
 //! Registered points of the template at image positions.
 
 use crate::camera::Camera;
-use crate::error::GeometryError;
+use crate::error::Result;
 use crate::mesh::{AnchoredPoint, SurfacePoint, TriangleMesh};
-use crate::solver::checked::{check_robust, check_weight};
-use crate::solver::energy::{Energy, ResidualSink, Robust};
+use crate::solver::energy::{Energy, ResidualSink, Robust, check_robust, check_weight};
 use glam::{DVec2, DVec3};
 
 /// Pixels beyond which an error costs no more. So much costs a point that the camera does not project, behind it or where its
@@ -38,13 +37,8 @@ impl Reprojection {
     /// twice, are left out.
     ///
     /// # Errors
-    /// [`GeometryError::Weight`] for a weight that is negative or not finite or a robust scale that is not positive.
-    pub fn new(
-        template: &TriangleMesh,
-        camera: &Camera,
-        points: &[ImagePoint],
-        robust: Robust,
-    ) -> Result<Self, GeometryError> {
+    /// [`GeometryError::Weight`](crate::GeometryError::Weight) for a weight that is negative or not finite or a robust scale that is not positive.
+    pub fn new(template: &TriangleMesh, camera: &Camera, points: &[ImagePoint], robust: Robust) -> Result<Self> {
         check_robust("reprojection", robust)?;
         points.iter().try_for_each(|p| check_weight("reprojection", p.weight))?;
         let seen = points.iter().filter(|p| p.pixel.is_finite());

@@ -2,8 +2,7 @@
 
 use crate::error::GeometryError;
 use crate::solver::arap_cells::ArapCells;
-use crate::solver::checked::check_weight;
-use crate::solver::energy::{Energy, ResidualSink};
+use crate::solver::energy::{Energy, ResidualSink, check_weight};
 use glam::{DMat3, DVec3};
 
 /// As-rigid-as-possible deformation (Sorkine and Alexa 2007) of points: weight times the sum over points i and their neighbours j of
@@ -20,9 +19,6 @@ pub(crate) struct Rigidity {
 
 impl Rigidity {
     /// For `edges` between `points` at rest.
-    ///
-    /// # Errors
-    /// [`GeometryError::Weight`] for a weight that is negative or not finite.
     pub(crate) fn new(points: &[DVec3], edges: &[[usize; 2]], weight: f64) -> Result<Self, GeometryError> {
         check_weight("rigidity", weight)?;
         let length = edges.iter().map(|[a, b]| points[*a].distance(points[*b])).sum::<f64>() / edges.len() as f64;
