@@ -6,15 +6,15 @@ mod throughput;
 mod turns;
 mod workload;
 
-use crate::measuring::{Rival, cores, processor};
+use crate::measuring::write_json;
 use crate::reading;
 use anyhow::{Result, ensure};
-use clap::{Args, ValueEnum};
+use clap::Args;
 use deepsft::ModelBundle;
-use deepsft_formats::write_file;
 use mesh_times::MeshTimes;
 use serde::Serialize;
 use std::path::PathBuf;
+use std::{fs, thread};
 use throughput::Rate;
 use turns::Inference;
 
@@ -37,8 +37,8 @@ pub struct BenchArguments {
     #[arg(long, value_name = "BUNDLE")]
     model: PathBuf,
     /// Measure only this part; the JSON file then holds nothing else
-    #[arg(long, value_name = "PART", value_enum, conflicts_with_all = ["threads", "rival", "take_turns", "export"])]
-    only: Option<Only>,
+    #[arg(long, value_name = "PART", value_parser = ["synthesis"], conflicts_with_all = ["threads", "rival", "take_turns", "export"])]
+    only: Option<String>,
     /// Write the figures to this file
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -62,13 +62,6 @@ pub struct BenchArguments {
     /// Be one of the processes that take turns, on this camera frame
     #[arg(long, value_name = "FRAME", hide = true, conflicts_with_all = ["json", "threads", "rival"])]
     take_turns: Option<PathBuf>,
-}
-
-/// Parts that can be measured alone.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Only {
-    /// Making training images
-    Synthesis,
 }
 
 /// The content of the JSON file; what was not measured is left out.
@@ -98,14 +91,18 @@ pub fn run(arguments: &BenchArguments) -> Result<()> {
     }
     let report = measured(arguments, &bundle)?;
     print(&report);
-    match &arguments.json {
-        Some(path) => Ok(write_file(path, &serde_json::to_vec_pretty(&report)?)?),
-        None => Ok(()),
-    }
+    write_json(arguments.json.as_deref(), &report)
+}
+
+/// The processor's name, where the system has it in a file.
+fn processor() -> Option<String> {
+    let text = fs::read_to_string("/proc/cpuinfo").ok()?;
+    let line = text.lines().find(|line| line.starts_with("model name"))?;
+    Some(line.split_once(':')?.1.trim().to_owned())
 }
 
 fn measured(arguments: &BenchArguments, bundle: &ModelBundle) -> Result<Report> {
-    let cores = cores();
+    let cores = thread::available_parallelism().map_or(1, usize::from);
     let mut threads: Vec<usize> = arguments.threads.iter().map(|&count| count.into()).collect();
     if threads.is_empty() {
         threads = vec![1, cores];
@@ -127,10 +124,10 @@ fn measured(arguments: &BenchArguments, bundle: &ModelBundle) -> Result<Report> 
         deepsft_version: env!("CARGO_PKG_VERSION"),
     };
     if arguments.only.is_none() {
-        let rival = arguments.rival.as_ref().map(|name| Rival {
-            name,
-            command: &arguments.rival_command,
-        });
+        let rival = arguments
+            .rival
+            .as_deref()
+            .map(|name| (name, &arguments.rival_command[..]));
         // Inference first: a processor that is not yet hot from training is what a user's frame meets.
         eprintln!("inference on {threads:?} threads");
         let frame = workload::camera_frame(bundle)?;

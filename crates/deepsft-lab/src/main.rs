@@ -5,7 +5,6 @@
 mod any_picture;
 mod bench;
 mod measuring;
-mod progress;
 mod reading;
 mod study;
 

@@ -4,6 +4,7 @@ mod blender;
 mod cameras;
 mod cards;
 mod finding;
+mod frames;
 mod rolls;
 mod solids;
 mod tracking;

@@ -1,8 +1,8 @@
 //! What can go wrong in synthesis and data sets.
 
 use deepsft_formats::FormatError;
-use deepsft_geometry::{GeometryError, Lens, TemplateError};
-use std::path::{Path, PathBuf};
+use deepsft_geometry::{GeometryError, TemplateError};
+use std::path::Path;
 
 /// Errors of this crate.
 #[derive(Debug, thiserror::Error)]
@@ -18,12 +18,9 @@ pub enum SynthError {
         /// What is valid.
         expected: &'static str,
     },
-    /// The renderer draws straight edges: the synthesis camera must be free of lens distortion.
-    #[error("the synthesis camera has lens distortion {actual:?}, expected none")]
-    DistortedCamera {
-        /// The lens as given.
-        actual: Lens,
-    },
+    /// Something does not fit, in words that say what to do about it.
+    #[error("{0}")]
+    Refused(String),
     /// A mesh to be rendered does not fit the template.
     #[error("{actual} vertices to render, expected the template's {expected}")]
     VertexCount {
@@ -32,23 +29,6 @@ pub enum SynthError {
         /// Vertices of the template.
         expected: usize,
     },
-    /// The beginning of another data set is in the way.
-    #[error("{folder} holds the beginning of another data set ({difference}): ask for that one, or remove it")]
-    OtherDataset {
-        /// In what that one differs.
-        difference: String,
-        /// Where it is.
-        folder: PathBuf,
-    },
-    /// A part of a data set is none.
-    #[error("expected I/N with I from 1 to N, like 2/8")]
-    DatasetPart,
-    /// A data set is not of the template that it is to be used for.
-    #[error("it is of another template: {difference}; choose a set of this one")]
-    OtherTemplate {
-        /// In what they differ.
-        difference: String,
-    },
     /// A depth that the 16-bit file format cannot hold.
     #[error("depth of {depth_mm} mm in sample {index}, the file format holds 0.1 to 6553.5 mm")]
     DepthRange {
@@ -56,28 +36,6 @@ pub enum SynthError {
         depth_mm: f32,
         /// Index of the sample.
         index: u64,
-    },
-    /// An entry of a sample that cannot be coded.
-    #[error("{entry} of sample {index} cannot be written: {reason}")]
-    Entry {
-        /// Its name's ending.
-        entry: &'static str,
-        /// Index of the sample.
-        index: u64,
-        /// What is wrong with it.
-        reason: String,
-    },
-    /// A recording's `camera.json` cannot be used.
-    #[error("{reason}")]
-    Sensor {
-        /// What is wrong with it.
-        reason: String,
-    },
-    /// Nothing of this name happens in clips.
-    #[error("expected one of {expected}")]
-    ClipEvent {
-        /// The names there are.
-        expected: String,
     },
     /// A file was refused: one of a recording ([`FormatError::File`]), a photograph ([`FormatError::Unusable`]), or a data
     /// set's.

@@ -40,8 +40,7 @@ pub use scene::{OccluderKind, PhotographUse, PoseConfig, Scene, SynthConfig, Syn
 
 /// Colours, smooth noise and artwork, for painting textures.
 pub mod painting {
-    pub use crate::render::color::srgb8_from_linear;
-    pub use crate::render::value_noise::{ValueNoise, floor};
+    pub use crate::render::{ValueNoise, floor, srgb8_from_linear};
     pub use crate::scene::artwork;
 }
 

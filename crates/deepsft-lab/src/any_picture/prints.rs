@@ -150,12 +150,7 @@ fn part_of<R: Rng>(photograph: &Picture, dice: &mut R) -> Picture {
     let room = |all: usize, part: usize| all as f64 - scale * part as f64;
     let left = room(photograph.width(), width) * dice.random::<f64>();
     let top = room(photograph.height(), height) * dice.random::<f64>();
-    let (mirrored, upside_down, negative, grey) = (
-        dice.random_bool(0.5),
-        dice.random_bool(0.3),
-        dice.random_bool(0.2),
-        dice.random_bool(0.2),
-    );
+    let [mirrored, upside_down, negative, grey] = [0.5, 0.3, 0.2, 0.2].map(|share| dice.random_bool(share));
     let orders = [[0, 1, 2], [0, 1, 2], [0, 1, 2], [1, 2, 0], [2, 1, 0], [1, 0, 2]];
     let order = orders[dice.random_range(0..orders.len())];
     let border = if dice.random_bool(0.3) {

@@ -54,7 +54,6 @@ struct State {
     curve: Vec<Point>,
 }
 
-/// A training of the descriptor network.
 pub struct Training {
     device: Device,
     matcher: Matcher,
@@ -93,7 +92,6 @@ impl Training {
         })
     }
 
-    /// Pairs seen.
     pub fn pairs(&self) -> u64 {
         self.state.steps * (PRINTS * PAIRS) as u64
     }
@@ -179,18 +177,12 @@ impl Training {
         weights_to_burnpack(&self.matcher.network.folded_weights()).context("the weights")
     }
 
-    /// The curve as a table.
     pub fn curve_csv(&self) -> String {
         let mut table = "pairs,loss,held_out_loss,right\n".to_owned();
-        for Point {
-            pairs,
-            loss,
-            held_out_loss,
-            right,
-        } in &self.state.curve
-        {
+        for point in &self.state.curve {
+            let [loss, held_out, right] = [point.loss, point.held_out_loss, point.right];
             // Writing to a string cannot fail.
-            let _ = writeln!(table, "{pairs},{loss:.4},{held_out_loss:.4},{right:.4}");
+            let _ = writeln!(table, "{},{loss:.4},{held_out:.4},{right:.4}", point.pairs);
         }
         table
     }

@@ -39,12 +39,11 @@ pub fn measure(bundle: &ModelBundle) -> Result<MeshTimes> {
     let (mut fit, mut completion) = (Vec::new(), Vec::new());
     let (mut track_start, mut track) = (Vec::new(), Vec::new());
     for (image, maps) in frames.iter().zip(&maps) {
-        let mut ms = 0.0;
         let start = Start::Maps(maps.clone());
-        let fitted = timed(&mut ms, || fitter.fit(image, &camera, &start))?;
+        let (fitted, ms) = timed(|| fitter.fit(image, &camera, &start))?;
         ensure!(fitted.is_some(), "the network did not find the template in the clip");
         fit.push(ms);
-        let completed = timed(&mut ms, || arap.complete(maps, &camera))?;
+        let (completed, ms) = timed(|| arap.complete(maps, &camera))?;
         ensure!(
             completed.is_some(),
             "the network shows too little of the template in the clip"
@@ -55,8 +54,7 @@ pub fn measure(bundle: &ModelBundle) -> Result<MeshTimes> {
     for (k, (image, maps)) in frames.iter().zip(&maps).enumerate() {
         tracker.reset();
         tracker.follow(k as u64, k as f64, &TrackerImage::of(image), &camera)?;
-        let mut ms = 0.0;
-        let answer = timed(&mut ms, || -> Result<TrackUpdate> {
+        let (answer, ms) = timed(|| -> Result<TrackUpdate> {
             let seen = fitter.initial_mesh(&camera, &Start::Maps(maps.clone()))?;
             Ok(tracker.update(k as u64, seen.as_deref())?)
         })?;
@@ -68,8 +66,7 @@ pub fn measure(bundle: &ModelBundle) -> Result<MeshTimes> {
     }
     tracker.reset();
     for (k, image) in frames.iter().enumerate() {
-        let mut ms = 0.0;
-        let found = timed(&mut ms, || {
+        let (found, ms) = timed(|| {
             let image = TrackerImage::of_into(image, tracker.spare_image());
             tracker
                 .follow(k as u64, k as f64 / 30.0, &image, &camera)

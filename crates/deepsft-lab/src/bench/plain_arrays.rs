@@ -14,7 +14,6 @@ use std::path::Path;
 
 const DESCRIPTION: &str = "network.json";
 
-/// The folder.
 const KIND: FolderKind = FolderKind {
     known_by: &[DESCRIPTION],
     files: &[DESCRIPTION, VALUES, FRAME, "clip-#.png"],

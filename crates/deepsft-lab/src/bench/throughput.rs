@@ -14,10 +14,8 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// Samples that each thread makes.
 const SAMPLES_PER_THREAD: u64 = 200;
 
-/// Seed of the samples.
 const SEED: u64 = 0xbe_4c;
 
 /// Steps of training before the clock starts: the loader's queues fill, memory is claimed.
@@ -29,7 +27,6 @@ const STEPS: u64 = 12;
 /// The template of an object with a volume.
 const SOFT_TOY: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models/soft-toy/template");
 
-/// A throughput.
 #[derive(Debug, PartialEq, Serialize)]
 pub struct Rate {
     /// What is counted.
@@ -84,11 +81,7 @@ pub fn training(bundle: &ModelBundle) -> Result<Vec<Rate>> {
     [(windows, "windows"), (frames, "frames")]
         .into_iter()
         .map(|(shape, things)| {
-            let BatchShape {
-                frames: count,
-                width,
-                height,
-            } = shape;
+            let [count, width, height] = [shape.frames, shape.width, shape.height];
             let samples_per_s = training_on(bundle, &synthesizer, shape)?;
             Ok(Rate {
                 of: format!("batches of {count} {things} of {width} x {height}"),

@@ -3,16 +3,20 @@
 //! gives the milliseconds.
 
 use super::workload;
-use crate::measuring::{Process, Rival, Times, timed};
+use crate::measuring::{Times, timed};
 use crate::reading;
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, bail, ensure};
 use deepsft::{ModelBundle, Stage, encode_png};
 use deepsft_geometry::{ImageSize, Maps, Picture};
 use serde::{Deserialize, Serialize};
-use std::io::{Write, stdin, stdout};
+use std::io::{BufRead, BufReader, Write, stdin, stdout};
 use std::path::Path;
-use std::process::Command;
-use std::{env, fs};
+use std::process::{Child, ChildStdout, Command, Stdio};
+use std::time::Duration;
+use std::{env, fs, thread};
+
+/// Between two turns: idle threads of the process before may still spin for a while.
+const REST: Duration = Duration::from_millis(50);
 
 /// Rounds before the measured ones.
 const WARM_UP_ROUNDS: u32 = 3;
@@ -23,7 +27,6 @@ const WHOLE_FRAME: &str = "frame";
 /// Asks for the network alone, from the canonical image to the values of all pixels.
 const NETWORK_ALONE: &str = "network";
 
-/// Inference on a number of threads.
 #[derive(Serialize)]
 pub struct Inference {
     pub threads: usize,
@@ -65,6 +68,49 @@ struct Player<'a> {
     rival_alone: Vec<f64>,
 }
 
+/// Name, program and arguments of another program that does the same work when asked.
+type Rival<'a> = (&'a str, &'a [String]);
+
+/// A process that answers lines with lines. It ends when this is dropped and its input with it.
+struct Process {
+    child: Child,
+    answers: BufReader<ChildStdout>,
+}
+
+impl Process {
+    /// Starts it and tells it the number of threads.
+    fn start(command: &mut Command, threads: usize) -> Result<Self> {
+        let threads = threads.to_string();
+        let child = command
+            .env("RAYON_NUM_THREADS", &threads)
+            .env("DEEPSFT_BENCH_THREADS", &threads)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn();
+        let mut child = child.with_context(|| format!("could not start {}", command.get_program().display()))?;
+        let answers = child.stdout.take().context("a process cannot be talked to")?;
+        let answers = BufReader::new(answers);
+        Ok(Self { child, answers })
+    }
+
+    fn ask(&mut self, question: &str) -> Result<String> {
+        thread::sleep(REST);
+        let questions = self.child.stdin.as_mut().context("a process cannot be talked to")?;
+        writeln!(questions, "{question}")?;
+        let mut answer = String::new();
+        self.answers.read_line(&mut answer)?;
+        ensure!(!answer.is_empty(), "a process that was to be measured has ended");
+        Ok(answer.trim().to_owned())
+    }
+}
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        // This closes its input and it ends by itself; how does not matter any more.
+        let _ = self.child.wait();
+    }
+}
+
 /// Starts the processes and lets them take turns.
 pub fn measure(
     model: &Path,
@@ -97,7 +143,7 @@ impl<'a> Player<'a> {
             .arg(model)
             .arg("--take-turns")
             .arg(frame);
-        let rival = rival.map(|Rival { name, command }| -> Result<_> {
+        let rival = rival.map(|(name, command)| -> Result<_> {
             let (program, arguments) = command.split_first().context("the rival has no program")?;
             Ok((name, Process::start(Command::new(program).args(arguments), threads)?))
         });
@@ -163,21 +209,17 @@ pub fn take(bundle: &ModelBundle, image: &Picture) -> Result<()> {
     for question in stdin().lines() {
         let answer = match question?.as_str() {
             WHOLE_FRAME => {
-                let mut stages = Stages {
-                    canonical_warp: 0.0,
-                    network: 0.0,
-                    confidence: 0.0,
-                };
-                let canonical = timed(&mut stages.canonical_warp, || estimator.canonical_image(image, &camera))?;
-                let maps = timed(&mut stages.network, || {
-                    pollster::block_on(estimator.infer(&canonical, &view))
-                })?;
-                timed(&mut stages.confidence, || estimator.judge(&canonical, &maps))?;
-                serde_json::to_string(&stages)?
+                let (canonical, canonical_warp) = timed(|| estimator.canonical_image(image, &camera))?;
+                let (maps, network) = timed(|| pollster::block_on(estimator.infer(&canonical, &view)))?;
+                let (_, confidence) = timed(|| estimator.judge(&canonical, &maps))?;
+                serde_json::to_string(&Stages {
+                    canonical_warp,
+                    network,
+                    confidence,
+                })?
             }
             NETWORK_ALONE => {
-                let mut ms = 0.0;
-                timed(&mut ms, || {
+                let ((), ms) = timed(|| {
                     executor.run(&canonical)?;
                     executor.read(Stage::RegistrationRefinement, Some(&all), None, &mut maps)
                 })?;
@@ -189,4 +231,19 @@ pub fn take(bundle: &ModelBundle, image: &Picture) -> Result<()> {
         stdout().flush()?;
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    #[cfg(unix)]
+    fn a_process_answers_line_by_line_knows_its_threads_and_its_end_is_an_error() {
+        let script = "read x; echo \"$x on $DEEPSFT_BENCH_THREADS\"; read x; echo $RAYON_NUM_THREADS; read x";
+        let mut process = Process::start(Command::new("sh").args(["-c", script]), 3).unwrap();
+        assert_eq!(process.ask("one").unwrap(), "one on 3");
+        assert_eq!(process.ask("two").unwrap(), "3");
+        assert!(process.ask("three").unwrap_err().to_string().contains("has ended"));
+    }
 }

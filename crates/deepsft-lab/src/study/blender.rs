@@ -1,13 +1,15 @@
 //! `deepsft-lab study blender`: how exact the fit is on frames of another renderer, with the truth beside each.
 
-use crate::measuring::{Spread, median};
-use crate::{progress::Progress, reading};
+use super::frames::cell;
+use crate::measuring::{Spread, median, write_json};
+use crate::reading;
 use anyhow::{Context, Result, ensure};
 use clap::Args;
 use deepsft::{Estimate, Target, TargetFinder, View};
-use deepsft_formats::{CAMERA_FILE, read_camera, write_file};
+use deepsft_formats::{CAMERA_FILE, read_camera};
 use deepsft_geometry::glam::{DVec2, DVec3};
 use deepsft_geometry::{Camera, Maps, TriangleMesh, metrics, raster::VisibleSurface};
+use indicatif::ProgressBar;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet};
@@ -17,7 +19,6 @@ use std::path::{Path, PathBuf};
 /// A frame is right with a median registration error below this, pixels of the canonical image.
 const RIGHT_PX: f64 = 2.0;
 
-/// The errors of a frame.
 const ERRORS: [&str; 3] = ["registration_median_px", "points_rmse_mm", "vertices_rmse_mm"];
 
 #[derive(Args)]
@@ -75,7 +76,7 @@ pub fn run(arguments: &BlenderArguments) -> Result<()> {
         scenes.insert(name, scene);
     }
     ensure!(finders.len() > 1, "two prints are needed: another is looked for too");
-    let mut progress = Progress::of(scenes.len() as u64, "frames");
+    let progress = ProgressBar::new(scenes.len() as u64);
     let mut frames = Vec::new();
     for (name, scene) in scenes {
         let folder = folder.join(&name);
@@ -101,7 +102,7 @@ pub fn run(arguments: &BlenderArguments) -> Result<()> {
             name,
             scene,
         });
-        progress.step();
+        progress.inc(1);
     }
     println!("| scenes | frames | found | right | false finds | registration, px | 3D, mm | mesh, mm |");
     println!("|---|---|---|---|---|---|---|---|");
@@ -113,9 +114,8 @@ pub fn run(arguments: &BlenderArguments) -> Result<()> {
             print(&scenes, frames.iter().filter(|frame| of(frame) == value));
         }
     }
-    let Some(path) = &arguments.json else { return Ok(()) };
     let report = json!({"frames": frames, "deepsft_version": env!("CARGO_PKG_VERSION")});
-    Ok(write_file(path, &serde_json::to_vec_pretty(&report)?)?)
+    write_json(arguments.json.as_deref(), &report)
 }
 
 /// The true surface of a frame, a fine grid, and what the image shows of it.
@@ -161,7 +161,6 @@ impl Truth {
     }
 }
 
-/// The [`ERRORS`] that an estimate has.
 fn errors(estimate: &Estimate, target: &Target, truth: &Truth) -> Result<BTreeMap<&'static str, f64>> {
     let (maps, camera, size_mm) = (&estimate.maps, &estimate.canonical_camera, target.template().size_mm());
     // The pixels of a view that is zoomed out are larger.
@@ -181,7 +180,6 @@ fn errors(estimate: &Estimate, target: &Target, truth: &Truth) -> Result<BTreeMa
     Ok(all.filter_map(|(name, error)| Some((name, error?))).collect())
 }
 
-/// Prints a row of the table.
 fn print<'a>(scenes: &str, frames: impl Iterator<Item = &'a Frame> + Clone) {
     let count = |holds: fn(&Frame) -> bool| frames.clone().filter(|frame| holds(frame)).count();
     let [found, right] = [count(|frame| frame.found), count(|frame| frame.right)];
@@ -189,10 +187,8 @@ fn print<'a>(scenes: &str, frames: impl Iterator<Item = &'a Frame> + Clone) {
     print!("| {scenes} | {all} | {found} | {right} | {wrong} |");
     for name in ERRORS {
         let right = frames.clone().filter(|frame| frame.right);
-        match Spread::of(right.filter_map(|frame| frame.errors.get(name).copied())) {
-            Some(errors) => print!(" **{:.2}** ({:.2}) |", errors.median, errors.p95),
-            None => print!(" - |"),
-        }
+        let errors = right.filter_map(|frame| frame.errors.get(name).copied());
+        print!(" {} |", cell(Spread::of(errors)));
     }
     println!();
 }

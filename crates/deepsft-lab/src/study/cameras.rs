@@ -2,16 +2,15 @@
 
 mod scenes;
 
+use crate::measuring::write_json;
 use crate::reading;
 use anyhow::Result;
 use clap::Args;
-use deepsft::Estimator;
-use deepsft_formats::write_file;
+use deepsft_geometry::Maps;
 use deepsft_geometry::fitting::{FrameFitter, Start};
-use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::metrics::{FrameMetrics, Summary, frame_metrics};
-use deepsft_geometry::{Camera, Maps, Picture, Template};
-use scenes::{NamedCamera, Scenes, cameras, holds};
+use indicatif::ProgressBar;
+use scenes::{Scenes, cameras};
 use serde::Serialize;
 use std::path::PathBuf;
 
@@ -69,68 +68,48 @@ pub fn run(arguments: &CamerasArguments) -> Result<()> {
     let bundle = reading::bundle(&arguments.model)?;
     let estimator = reading::estimator(&bundle)?;
     let template = bundle.template();
-    let mut bench = Bench {
-        fitter: FrameFitter::new(template)?,
-        template,
-        estimator,
-    };
+    let mut fitter = FrameFitter::new(template)?;
     let cameras = cameras()?;
     let scenes = Scenes::new(template, &cameras, DISTANCE_MM, arguments.seed)?;
     let mut answers: Vec<Vec<Answer>> = cameras.iter().map(|_| Vec::new()).collect();
-    let seen_by_all = |vertices: &[DVec3]| cameras.iter().all(|named| holds(&named.camera, vertices));
-    scenes.each(arguments.scenes, seen_by_all, |scene| {
-        for (NamedCamera { camera, .. }, answers) in cameras.iter().zip(&mut answers) {
-            let canonical = bench.estimator.canonical_camera(camera.size());
+    let progress = ProgressBar::new(arguments.scenes);
+    for scene in scenes.iter().take(arguments.scenes as usize) {
+        let scene = scene?;
+        for ((_, camera), answers) in cameras.iter().zip(&mut answers) {
+            let canonical = estimator.canonical_camera(camera.size());
             let truth = deepsft_synth::canonical_truth(&scene.world, template.mesh(), &canonical);
-            let image = scenes.image(scene, camera)?;
-            answers.push(bench.answer(&image, camera, &canonical, &truth)?);
+            let seen = estimator.canonical_image(&scenes.image(&scene, camera)?, camera)?;
+            let maps = pollster::block_on(estimator.infer(&seen, &canonical))?;
+            let fit = fitter.fit(&seen, &canonical, &Start::Maps(maps.clone()))?;
+            let fitted = fit.as_ref().map(|surface| surface.maps(template.mesh()).within(&maps));
+            let errors = |maps: &Maps| frame_metrics(maps, &truth, &canonical, template.size_mm());
+            answers.push(Answer {
+                found: fit.is_some_and(|surface| surface.verdict.is_found()),
+                network: errors(&maps)?,
+                fitted: errors(fitted.as_ref().unwrap_or(&maps))?,
+            });
         }
-        Ok(())
-    })?;
+        progress.inc(1);
+    }
     let rows: Vec<Row> = (cameras.iter().zip(&answers))
-        .map(|(named, answers)| Row::of(named, answers))
+        .map(|((name, _), answers)| Row::of(name, answers))
         .collect();
     print(&rows);
-    if let Some(path) = &arguments.json {
-        write_file(path, &serde_json::to_vec_pretty(&rows)?)?;
-    }
-    Ok(())
-}
-
-/// What images are put through.
-struct Bench<'a> {
-    estimator: Estimator,
-    fitter: FrameFitter,
-    template: &'a Template,
-}
-
-impl Bench<'_> {
-    /// What is made of `image`, which `camera` took.
-    fn answer(&mut self, image: &Picture, camera: &Camera, canonical: &Camera, truth: &Maps) -> Result<Answer> {
-        let seen = self.estimator.canonical_image(image, camera)?;
-        let maps = pollster::block_on(self.estimator.infer(&seen, canonical))?;
-        let fit = self.fitter.fit(&seen, canonical, &Start::Maps(maps.clone()))?;
-        let mesh = self.template.mesh();
-        let fitted = fit.as_ref().map(|surface| surface.maps(mesh).within(&maps));
-        let errors = |maps: &Maps| frame_metrics(maps, truth, canonical, self.template.size_mm());
-        Ok(Answer {
-            found: fit.is_some_and(|surface| surface.verdict.is_found()),
-            network: errors(&maps)?,
-            fitted: errors(fitted.as_ref().unwrap_or(&maps))?,
-        })
-    }
+    write_json(arguments.json.as_deref(), &rows)
 }
 
 impl Row {
-    fn of(named: &NamedCamera, answers: &[Answer]) -> Self {
-        let figure = |of: &dyn Fn(&Answer) -> Option<f64>| -> Figure { mean_and_median(answers.iter().map(of)) };
+    fn of(camera: &str, answers: &[Answer]) -> Self {
+        let figure = |of: &dyn Fn(&Answer) -> Option<f64>| -> Figure {
+            Summary::of(answers.iter().map(of)).map(|summary| [summary.mean, summary.median])
+        };
         let figures = |which: fn(&Answer) -> &FrameMetrics| Figures {
             depth_mm: figure(&|answer| which(answer).depth_rmse_mm),
             registration_px: figure(&|answer| which(answer).registration_rmse_px),
             points_mm: figure(&|answer| which(answer).points_rmse_mm),
         };
         Self {
-            camera: named.to_string(),
+            camera: camera.to_owned(),
             scenes: answers.len(),
             found: answers.iter().filter(|answer| answer.found).count(),
             network: figures(|answer| &answer.network),
@@ -141,10 +120,6 @@ impl Row {
 
 /// Mean and median over scenes; `None` without any value.
 type Figure = Option<[f64; 2]>;
-
-fn mean_and_median(values: impl Iterator<Item = Option<f64>>) -> Figure {
-    Summary::of(values).map(|summary| [summary.mean, summary.median])
-}
 
 /// A figure as the tables have it.
 fn figure(figure: Figure, decimals: usize) -> String {

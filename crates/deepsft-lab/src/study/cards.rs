@@ -1,16 +1,16 @@
 //! `deepsft-lab study cards`: of the cards of one series, all looked for, the one in view must be named and no other.
 
-use crate::progress::Progress;
+use super::frames::frames_config;
 use anyhow::Result;
 use clap::Args;
 use deepsft::{Target, TargetFinder, View};
-use deepsft_geometry::{Picture, Template, training_camera};
+use deepsft_geometry::{Picture, Template};
 use deepsft_synth::painting::artwork;
 use deepsft_synth::rand::RngExt;
 use deepsft_synth::random::{Stream, generator};
 use deepsft_synth::{SynthConfig, Synthesizer};
+use indicatif::ProgressBar;
 use rayon::prelude::*;
-use std::sync::Mutex;
 
 /// Size of a card, pixels, and its width in mm.
 const WIDTH: usize = 630;
@@ -75,7 +75,6 @@ fn card(number: u64) -> Picture {
     Picture::from_fn(WIDTH, HEIGHT, |x, y| pixels[y * WIDTH + x])
 }
 
-/// A card as a sheet.
 fn template(number: u64) -> Result<Template> {
     Ok(Template::thin_shell(
         card(number),
@@ -84,21 +83,17 @@ fn template(number: u64) -> Result<Template> {
     )?)
 }
 
-/// What the frames are like.
 fn config() -> Result<SynthConfig> {
-    Ok(SynthConfig {
-        camera: training_camera().resized((960, 540))?,
-        empty_probability: 0.0,
-        min_visible_px: 4 * SynthConfig::default().min_visible_px,
-        ..SynthConfig::default()
-    })
+    let mut config = frames_config()?;
+    config.min_visible_px *= 4;
+    Ok(config)
 }
 
 /// Looks for all cards in frames that show one each, bent, tilted, partly hidden, and prints which were found.
 pub fn run(arguments: &CardsArguments) -> Result<()> {
     let config = config()?;
     let cards = (0..arguments.cards).map(template).collect::<Result<Vec<_>>>()?;
-    let progress = Mutex::new(Progress::of(arguments.frames, "frames"));
+    let progress = ProgressBar::new(arguments.frames);
     let threads = rayon::current_num_threads() as u64;
     let looked = (0..threads).into_par_iter().map(|thread| -> Result<Vec<Looked>> {
         let targets = cards
@@ -129,9 +124,7 @@ pub fn run(arguments: &CardsArguments) -> Result<()> {
                     found.push(k);
                 }
             }
-            if let Ok(mut progress) = progress.lock() {
-                progress.step();
-            }
+            progress.inc(1);
             Ok((shown, found, frame))
         });
         frames.collect()

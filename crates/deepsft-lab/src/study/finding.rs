@@ -10,14 +10,15 @@ mod prints;
 mod repetitive;
 mod table;
 
-use crate::progress::Progress;
+use crate::measuring::write_json;
 use crate::reading;
 use anyhow::{Result, ensure};
 use clap::{Args, ValueEnum};
 use deepsft::{SharedDescriptorNetwork, encode_png};
 use deepsft_formats::write_file;
 use deepsft_geometry::Picture;
-use finders::Way;
+use finders::Others;
+use indicatif::ProgressBar;
 use judging::{FrameResult, Studied};
 use prints::{Kind, Print};
 use serde::Serialize;
@@ -81,30 +82,26 @@ struct Report<'a> {
 
 pub fn run(arguments: &FindingStudyArguments) -> Result<()> {
     let model = arguments.model.as_deref().map(reading::bundle).transpose()?;
-    let (prints, count) = match &model {
-        Some(bundle) => (prints::prints_of_model(bundle.template(), arguments.seed)?, 1),
-        None => {
-            let prints = painted_prints(arguments)?;
-            let count = prints.len();
-            (prints, count)
-        }
+    let prints = match &model {
+        Some(bundle) => prints::prints_of_model(bundle.template(), arguments.seed)?,
+        None => painted_prints(arguments)?,
     };
+    let count = if model.is_some() { 1 } else { prints.len() };
     ensure!(
         prints.len() > 1,
         "at least two prints are needed: one is shown in the other's place"
     );
-    let mut ways = vec![Way::Features];
-    if let Some(bundle) = &model {
-        ways.push(Way::Network(Box::new(reading::estimator(bundle)?)));
-    }
-    if let Some(weights) = &arguments.descriptors {
-        let network = SharedDescriptorNetwork::from_bytes(&fs::read(weights)?)?;
-        ways.push(Way::Descriptors(network));
-    }
-    let mut progress = Progress::of(count as u64, "prints");
+    let descriptors = arguments.descriptors.as_ref().map(fs::read).transpose()?;
+    let others = Others {
+        network: model.as_ref().map(reading::estimator).transpose()?,
+        descriptors: descriptors
+            .map(|weights| SharedDescriptorNetwork::from_bytes(&weights))
+            .transpose()?,
+    };
+    let progress = ProgressBar::new(count as u64);
     let mut results = Vec::new();
     for number in 0..count {
-        let mut studied = Studied::new(&prints, number, &ways)?;
+        let mut studied = Studied::new(&prints, number, &others)?;
         let seed = arguments.seed.wrapping_add(number as u64);
         for index in 0..arguments.frames.max(arguments.absent) {
             for (shown, count) in [(true, arguments.frames), (false, arguments.absent)] {
@@ -117,16 +114,21 @@ pub fn run(arguments: &FindingStudyArguments) -> Result<()> {
                 }
             }
         }
-        progress.step();
+        progress.inc(1);
         if number % BETWEEN_WRITES == BETWEEN_WRITES - 1 || number + 1 == count {
-            write(arguments, prints.len(), &results)?;
+            let report = Report {
+                prints: prints.len(),
+                seed: arguments.seed,
+                frames: &results,
+                deepsft_version: env!("CARGO_PKG_VERSION"),
+            };
+            write_json(arguments.json.as_deref(), &report)?;
         }
     }
     table::print(&results);
     Ok(())
 }
 
-/// The prints of all kinds that are asked for.
 fn painted_prints(arguments: &FindingStudyArguments) -> Result<Vec<Print>> {
     let counts: Vec<(Kind, usize)> = (arguments.kinds.iter())
         .map(|&kind| match kind {
@@ -135,18 +137,6 @@ fn painted_prints(arguments: &FindingStudyArguments) -> Result<Vec<Print>> {
         })
         .collect();
     prints::prints(&counts, arguments.seed)
-}
-
-/// Writes what is known so far.
-fn write(arguments: &FindingStudyArguments, prints: usize, frames: &[FrameResult]) -> Result<()> {
-    let Some(path) = &arguments.json else { return Ok(()) };
-    let report = Report {
-        prints,
-        seed: arguments.seed,
-        frames,
-        deepsft_version: env!("CARGO_PKG_VERSION"),
-    };
-    Ok(write_file(path, &serde_json::to_vec_pretty(&report)?)?)
 }
 
 /// Writes a frame, and once its print.

@@ -1,22 +1,19 @@
 //! `deepsft-lab study rolls`: how often an object is found, and how exactly, by how it is rolled before a camera that lies across or
 //! stands upright.
 
-use crate::measuring::Spread;
-use crate::progress::Progress;
+use super::frames::{doubled, frames_config};
+use crate::measuring::{Spread, write_json};
 use crate::reading;
 use anyhow::Result;
 use clap::Args;
 use deepsft::{Device, Target, TargetFinder, View};
-use deepsft_formats::write_file;
 use deepsft_geometry::glam::DVec2;
 use deepsft_geometry::{Camera, Template, training_camera};
 use deepsft_synth::{Sample, SynthConfig, Synthesizer};
 use deepsft_train::tracking_errors;
+use indicatif::ProgressBar;
 use serde::Serialize;
 use std::path::PathBuf;
-
-/// Frames have so many pixels for each of the canonical image, as features need more.
-const SCALE: usize = 2;
 
 /// Seed of the frames; no training uses it.
 const SEED: u64 = 71_000_001;
@@ -62,20 +59,14 @@ struct Camerawise {
 
 /// Renders frames until each step has its share, looks for the object in them, and prints a table for each camera.
 pub fn run(arguments: &RollsArguments) -> Result<()> {
-    let across = training_camera().resized((
-        SCALE * training_camera().size().width,
-        SCALE * training_camera().size().height,
-    ))?;
+    let across = doubled(&training_camera())?;
     let mut tables = Vec::new();
     for camera in [across, across.turned_anticlockwise()] {
         let table = measured(arguments, camera)?;
         print(&table);
         tables.push(table);
     }
-    if let Some(path) = &arguments.json {
-        write_file(path, &serde_json::to_vec_pretty(&tables)?)?;
-    }
-    Ok(())
+    write_json(arguments.json.as_deref(), &tables)
 }
 
 fn measured(arguments: &RollsArguments, camera: Camera) -> Result<Camerawise> {
@@ -84,12 +75,11 @@ fn measured(arguments: &RollsArguments, camera: Camera) -> Result<Camerawise> {
     let mut finder = TargetFinder::new(target)?;
     let config = SynthConfig {
         camera,
-        empty_probability: 0.0,
-        ..SynthConfig::default()
+        ..frames_config()?
     };
     let synthesizer = Synthesizer::new(&template, config)?;
     let mut said: Vec<Vec<Said>> = (0..arguments.steps).map(|_| Vec::new()).collect();
-    let mut progress = Progress::of(arguments.steps * arguments.frames, "frames");
+    let progress = ProgressBar::new(arguments.steps * arguments.frames);
     for index in 0.. {
         if said.iter().all(|step| step.len() as u64 >= arguments.frames) {
             break;
@@ -105,7 +95,7 @@ fn measured(arguments: &RollsArguments, camera: Camera) -> Result<Camerawise> {
             continue;
         }
         step.push(look(&mut finder, &template, &sample)?);
-        progress.step();
+        progress.inc(1);
     }
     let steps = said.iter().enumerate().map(|(k, said)| {
         let roll_deg = Some(k as f64 * 360.0 / arguments.steps as f64);

@@ -1,16 +1,15 @@
 //! `deepsft-lab study solids`: how often objects with a volume are found without training, and how exact the fit is.
 
+use super::frames::{cell, frames_config, within_deviations};
 use crate::measuring::{Spread, median};
-use crate::progress::Progress;
 use anyhow::{Result, ensure};
 use clap::Args;
 use deepsft::{Target, TargetFinder, View};
 use deepsft_formats::read_template;
-use deepsft_geometry::Camera;
-use deepsft_geometry::glam::DVec2;
 use deepsft_geometry::metrics::{Summary, frame_metrics, registration_error_px};
 use deepsft_geometry::raster::VisibleSurface;
-use deepsft_synth::{Sample, SynthConfig, Synthesizer};
+use deepsft_synth::{Sample, Synthesizer};
+use indicatif::ProgressBar;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -38,7 +37,6 @@ pub struct SolidsArguments {
     at_rest: bool,
 }
 
-/// One object.
 struct Object {
     name: String,
     finder: TargetFinder,
@@ -46,12 +44,7 @@ struct Object {
 }
 
 pub fn run(arguments: &SolidsArguments) -> Result<()> {
-    let focal = DVec2::splat(760.0);
-    let mut config = SynthConfig {
-        camera: Camera::pinhole((960, 540), focal, DVec2::new(480.0, 270.0))?,
-        empty_probability: 0.0,
-        ..SynthConfig::default()
-    };
+    let mut config = frames_config()?;
     if arguments.at_rest {
         config = config.at_rest();
     }
@@ -71,13 +64,13 @@ pub fn run(arguments: &SolidsArguments) -> Result<()> {
     );
     println!("|---|---|---|---|---|---|---|---|---|---|");
     for k in 0..objects.len() {
-        let mut progress = Progress::of(arguments.frames, "frames");
+        let progress = ProgressBar::new(arguments.frames);
         let (mut shown, mut found, mut false_finds) = (0, 0, 0);
         let [mut registration, mut points, mut vertices, mut times] = [(); 4].map(|()| Vec::new());
-        let mut within = [Vec::new(), Vec::new()];
+        let mut within = Vec::new();
         for index in 0..arguments.frames {
             let sample = objects[k].synthesizer.sample(arguments.seed, index);
-            progress.step();
+            progress.inc(1);
             if !sample.has_template {
                 continue;
             }
@@ -94,7 +87,7 @@ pub fn run(arguments: &SolidsArguments) -> Result<()> {
             {
                 false_finds += 1;
             }
-            let Some(([px, point_mm, vertex_mm], multiples)) = errors else {
+            let Some(([px, point_mm, vertex_mm], inside)) = errors else {
                 continue;
             };
             found += 1;
@@ -102,29 +95,23 @@ pub fn run(arguments: &SolidsArguments) -> Result<()> {
                 registration.push(px);
                 points.push(point_mm);
                 vertices.push(vertex_mm);
-                for (within, most) in within.iter_mut().zip([1.0, 2.0]) {
-                    let inside = multiples.iter().filter(|multiple| **multiple < most).count();
-                    within.push(100.0 * inside as f64 / multiples.len() as f64);
-                }
+                within.push(inside);
             }
         }
         let right = registration.len();
         print!("| {} | {shown} | {found} | {right} | {false_finds} |", objects[k].name);
         for errors in [registration, points, vertices, times] {
-            match Spread::of(errors) {
-                Some(Spread { median, p95, .. }) => print!(" **{median:.2}** ({p95:.2}) |"),
-                None => print!(" - |"),
-            }
+            print!(" {} |", cell(Spread::of(errors)));
         }
-        let mean = |of: &Vec<f64>| of.iter().sum::<f64>() / of.len().max(1) as f64;
-        println!(" {:.0}, {:.0} |", mean(&within[0]), mean(&within[1]));
+        let percent = |k: usize| 100.0 * within.iter().map(|of| of[k]).sum::<f64>() / right.max(1) as f64;
+        println!(" {:.0}, {:.0} |", percent(0), percent(1));
     }
     Ok(())
 }
 
 /// Of a found object: the median registration error (pixels), the RMSE of the points that the camera would see if nothing hid them, and the
-/// median distance of all vertices (mm). Also that of each vertex as a multiple of its stated standard deviation.
-fn errors(finder: &mut TargetFinder, sample: &Sample) -> Result<Option<([f64; 3], Vec<f64>)>> {
+/// median distance of all vertices (mm). Also the fractions of the vertices within their stated deviations.
+fn errors(finder: &mut TargetFinder, sample: &Sample) -> Result<Option<([f64; 3], [f64; 2])>> {
     let estimate = pollster::block_on(finder.estimate(&mut View::new(&sample.image, &sample.camera)))?;
     let Some(surface) = estimate.surface.filter(|_| estimate.judgement.found) else {
         return Ok(None);
@@ -138,12 +125,6 @@ fn errors(finder: &mut TargetFinder, sample: &Sample) -> Result<Option<([f64; 3]
     let pairs = surface.vertices_camera.iter().zip(&sample.vertices_camera);
     let vertices = Summary::of(pairs.map(|(a, b)| Some(a.distance(*b))));
     let (registration, points) = (registration.unwrap_or(f64::INFINITY), points.unwrap_or(f64::INFINITY));
-    let stated = surface.deviations.iter().map(|deviation| f64::from(*deviation));
-    let ways = surface
-        .vertices_camera
-        .iter()
-        .zip(&sample.vertices_camera)
-        .map(|(a, b)| a.distance(*b));
-    let multiples = ways.zip(stated).map(|(way, deviation)| way / deviation).collect();
-    Ok(vertices.map(|vertices| ([registration, points, vertices.median], multiples)))
+    let within = within_deviations(&surface, &sample.vertices_camera);
+    Ok(vertices.map(|vertices| ([registration, points, vertices.median], within)))
 }

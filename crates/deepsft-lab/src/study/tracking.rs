@@ -4,21 +4,22 @@ mod clip_record;
 mod seen_vertices;
 mod summary;
 
-use crate::measuring::Spread;
-use crate::progress::Progress;
+use super::frames::doubled;
+use crate::measuring::{Spread, write_json};
 use crate::reading;
 use anyhow::{Context, Result};
 use clap::{Args, ValueEnum};
-use clip_record::{FrameRecord, Motion, losses};
+use clip_record::{Clip, FrameRecord, losses};
 use deepsft::session::{VideoFollower, VideoOptions};
 use deepsft::{Device, Finder, Target, TargetFinder, View};
-use deepsft_formats::write_file;
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::raster::VisibleSurface;
 use deepsft_geometry::tracking::{OneEuro, OneEuroOptions, TrackUpdate};
 use deepsft_geometry::{Camera, Maps, Template, training_camera};
-use deepsft_synth::{ClipEvent, ClipLength, ClipStory, FIRST_CLIP_SEED, Sample, SynthConfig, Synthesizer};
+use deepsft_synth::ClipEvent::{self, JumpCut, Leaving, Motion, Occlusion, Still, Turning};
+use deepsft_synth::{ClipLength, ClipStory, FIRST_CLIP_SEED, Sample, SynthConfig, Synthesizer};
 use deepsft_train::tracking_errors;
+use indicatif::ProgressBar;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -27,26 +28,11 @@ use summary::{ClipRecord, Recoveries, Summary};
 
 /// What happens in the clips, in turn.
 const EVENTS: [ClipEvent; 10] = [
-    ClipEvent::Motion,
-    ClipEvent::Occlusion,
-    ClipEvent::JumpCut,
-    ClipEvent::Leaving,
-    ClipEvent::Still,
-    ClipEvent::Motion,
-    ClipEvent::Occlusion,
-    ClipEvent::JumpCut,
-    ClipEvent::Leaving,
-    ClipEvent::Motion,
+    Motion, Occlusion, JumpCut, Leaving, Still, Motion, Occlusion, JumpCut, Leaving, Motion,
 ];
 
 /// The same of an object that is no sheet.
-const EVENTS_OF_SOLIDS: [ClipEvent; 5] = [
-    ClipEvent::Turning,
-    ClipEvent::Occlusion,
-    ClipEvent::Turning,
-    ClipEvent::Leaving,
-    ClipEvent::Motion,
-];
+const EVENTS_OF_SOLIDS: [ClipEvent; 5] = [Turning, Occlusion, Turning, Leaving, Motion];
 
 #[derive(Args)]
 #[command(after_help = "\
@@ -137,7 +123,7 @@ pub fn run(arguments: &TrackingStudyArguments) -> Result<()> {
         true => &EVENTS[..],
         false => &EVENTS_OF_SOLIDS,
     };
-    let mut progress = Progress::of(arguments.clips, "clips");
+    let progress = ProgressBar::new(arguments.clips);
     let mut clips = Vec::new();
     for number in 0..arguments.clips {
         let event = arguments.event.unwrap_or(events[number as usize % events.len()]);
@@ -149,29 +135,26 @@ pub fn run(arguments: &TrackingStudyArguments) -> Result<()> {
         let frames = deepsft_synth::clip_frames(&story, 0..story.length().frames);
         let samples: Vec<Sample> = frames.collect::<Result<_, _>>()?;
         clips.push(track(&mut finder, &story, &samples, arguments)?);
-        progress.step();
+        progress.inc(1);
     }
     let (summary, by_event) = (Summary::of(clips.iter()), Summary::by_event(&clips));
     print(&summary, &by_event);
-    if let Some(path) = &arguments.json {
-        let report = Report {
-            object: bundle.name(),
-            first_seed: arguments.seed,
-            finding_delay_frames: arguments.delay,
-            summary: &summary,
-            by_event: &by_event,
-            per_clip: &clips,
-            deepsft_version: env!("CARGO_PKG_VERSION"),
-        };
-        write_file(path, &serde_json::to_vec_pretty(&report)?)?;
-    }
-    Ok(())
+    let report = Report {
+        object: bundle.name(),
+        first_seed: arguments.seed,
+        finding_delay_frames: arguments.delay,
+        summary: &summary,
+        by_event: &by_event,
+        per_clip: &clips,
+        deepsft_version: env!("CARGO_PKG_VERSION"),
+    };
+    write_json(arguments.json.as_deref(), &report)
 }
 
 /// The finders, and the camera of the clips: features are taken from images of twice the canonical size.
 fn finder(target: &Target, finders: Finders) -> Result<(TargetFinder, Camera)> {
     let canonical = target.canonical_camera(training_camera().size());
-    let doubled = canonical.resized((2 * canonical.size().width, 2 * canonical.size().height))?;
+    let doubled = doubled(&canonical)?;
     Ok(match finders {
         Finders::Network => {
             let network = target.network().context("the model has no network")?.clone();
@@ -249,22 +232,21 @@ fn track(
         }
     }
     let during = story.event_frames();
-    let cut = (story.event() == ClipEvent::JumpCut).then_some(during.start);
-    let motion = |meshes| Motion {
+    let cut = (story.event() == JumpCut).then_some(during.start);
+    let clip = |meshes| Clip {
         story,
         template,
         camera,
         truths: &truths,
         meshes,
     };
-    let both = |ask: &dyn Fn(&Motion<'_>) -> Option<f64>| {
-        Some([ask(&motion(meshes.as_slice()))?, ask(&motion(smooth.as_slice()))?])
-    };
+    let both =
+        |ask: &dyn Fn(&Clip<'_>) -> Option<f64>| Some([ask(&clip(meshes.as_slice()))?, ask(&clip(smooth.as_slice()))?]);
     let counts: Vec<bool> = frames.iter().map(|frame| frame.in_view() && !frame.lost()).collect();
     let (jitter_px, lag_frames) = match story.event() {
-        ClipEvent::Still => (both(&|motion| motion.jitter_px()), None),
+        Still => (both(&|clip| clip.jitter_px()), None),
         // Where the sheet comes and goes or jumps, smoothing starts again and the lag is of the events.
-        ClipEvent::Motion | ClipEvent::Occlusion => (None, both(&|motion| motion.lag_frames(&counts))),
+        Motion | Occlusion => (None, both(&|clip| clip.lag_frames(&counts))),
         _ => (None, None),
     };
     let mut record = ClipRecord {

@@ -6,8 +6,9 @@ use crate::sample::Sample;
 use deepsft_formats::{CAMERA_FILE, FormatError, json_reason, read_camera, read_error};
 use deepsft_geometry::Camera;
 use serde::{Deserialize, Serialize};
+use std::error::Error;
+use std::fs;
 use std::path::Path;
-use std::{fs, io};
 
 /// Name of the description, by which a clip's folder is known.
 pub const CLIP_FILE: &str = "clip.json";
@@ -15,7 +16,6 @@ pub const CLIP_FILE: &str = "clip.json";
 /// Name of the folder with the truth.
 pub const TRUTH_FOLDER: &str = "truth";
 
-/// Version of the layout.
 const FORMAT_VERSION: u32 = 1;
 
 /// The content of `clip.json`.
@@ -81,20 +81,16 @@ impl ClipFolder {
         if !path.is_file() {
             return Ok(None);
         }
-        let read = || -> io::Result<ClipDescription> {
-            let description: ClipDescription = serde_json::from_slice(&fs::read(&path).map_err(read_error)?)
-                .map_err(|error| io::Error::other(json_reason(&error)))?;
-            if description.format_version != FORMAT_VERSION {
-                let version = description.format_version;
-                return Err(io::Error::other(format!(
-                    "it has format version {version}, this program reads version {FORMAT_VERSION}"
-                )));
+        let read = || -> Result<ClipDescription, Box<dyn Error>> {
+            let text = fs::read(&path).map_err(read_error)?;
+            let description: ClipDescription = serde_json::from_slice(&text).map_err(|error| json_reason(&error))?;
+            let (version, rate) = (description.format_version, description.frames_per_s);
+            if version != FORMAT_VERSION {
+                let reason = format!("it has format version {version}, this program reads version {FORMAT_VERSION}");
+                return Err(reason.into());
             }
-            let rate = description.frames_per_s;
             if !(rate > 0.0 && rate.is_finite()) {
-                return Err(io::Error::other(format!(
-                    "frames_per_s is {rate}, expected a positive number"
-                )));
+                return Err(format!("frames_per_s is {rate}, expected a positive number").into());
             }
             Ok(description)
         };

@@ -112,17 +112,10 @@ pub struct ClipMotion<'a> {
     template: &'a Template,
     camera: Camera,
     distance_mm: [f64; 2],
-    distance: Swing,
-    across: Swing,
-    down: Swing,
-    pitch: Swing,
-    yaw: Swing,
-    roll: Swing,
-    ruling: Swing,
-    apex: Swing,
-    arch: Swing,
-    wave: Swing,
-    /// How a solid bends.
+    /// Distance, way across and down, pitch, yaw, roll.
+    poses: [Swing; 6],
+    /// Ruling, apex, arch and wave of a sheet's bend.
+    bends: [Swing; 4],
     bending: Option<Bending<'a>>,
 }
 
@@ -146,21 +139,12 @@ impl<'a> ClipMotion<'a> {
     /// [`ClipMotion::new`] with the sheet's centroid at other depths, mm.
     pub(crate) fn at(distance_mm: [f64; 2], template: &'a Template, camera: &Camera, seed: u64) -> Self {
         let mut rng = generator(seed, 0, Stream::Motion);
-        let mut swing = || Swing::sample(&mut rng);
         Self {
             template,
             camera: *camera,
             distance_mm,
-            distance: swing(),
-            across: swing(),
-            down: swing(),
-            pitch: swing(),
-            yaw: swing(),
-            roll: swing(),
-            ruling: swing(),
-            apex: swing(),
-            arch: swing(),
-            wave: swing(),
+            poses: std::array::from_fn(|_| Swing::sample(&mut rng)),
+            bends: std::array::from_fn(|_| Swing::sample(&mut rng)),
             bending: None,
         }
     }
@@ -205,12 +189,12 @@ impl<'a> ClipMotion<'a> {
         vertices.into_iter().map(|p| pose.transform_point3(p)).collect()
     }
 
-    /// The bend of the flat sheet.
     fn bend(&self, phase: f64) -> Bend {
         let radius = self.template.size_mm().length() / 2.0;
         let [near, far] = APEX_DIAGONALS.map(|diagonals| 2.0 * radius * diagonals);
-        let distance = middle([near, far], self.apex.at(phase));
-        let towards_apex = DVec2::from_angle(FRAC_PI_2 + MAX_RULING_RAD * self.ruling.at(phase));
+        let [ruling, apex, arch, wave] = self.bends.map(|swing| swing.at(phase));
+        let distance = middle([near, far], apex);
+        let towards_apex = DVec2::from_angle(FRAC_PI_2 + MAX_RULING_RAD * ruling);
         let rulings = Rulings::Conical {
             apex: towards_apex * distance,
             ray: -towards_apex,
@@ -218,7 +202,7 @@ impl<'a> ClipMotion<'a> {
         };
         // The rulings that meet the circle around the sheet.
         let reach = (radius / distance).asin();
-        let (arch, wave) = (ONE_SIDED * self.arch.at(phase), (1.0 - ONE_SIDED) * self.wave.at(phase));
+        let (arch, wave) = (ONE_SIDED * arch, (1.0 - ONE_SIDED) * wave);
         let step = 2.0 / BEND_STEPS as f64;
         let angles: [f64; BEND_STEPS] = std::array::from_fn(|i| {
             let x = (i as f64 + 0.5) * step - 1.0;
@@ -231,17 +215,18 @@ impl<'a> ClipMotion<'a> {
 
     /// The pose `camera_from_template` of the bent sheet, whose mean is at the origin and faces -z.
     fn pose(&self, phase: f64) -> DAffine3 {
-        let depth = middle(self.distance_mm.map(f64::ln), self.distance.at(phase)).exp();
+        let [distance, across, down, pitch, yaw, roll] = self.poses.map(|swing| swing.at(phase));
+        let depth = middle(self.distance_mm.map(f64::ln), distance).exp();
         // Each of the two stays below the limit / sqrt 2: together they stay below the limit.
-        let tilt = DVec2::new(self.pitch.at(phase), self.yaw.at(phase)) * FRAC_1_SQRT_2;
+        let tilt = DVec2::new(pitch, yaw) * FRAC_1_SQRT_2;
         let tilt = DQuat::from_scaled_axis((tilt * MAX_TILT_DEG.to_radians()).extend(0.0));
-        let roll = DQuat::from_rotation_z(MAX_ROLL_DEG.to_radians() * self.roll.at(phase));
+        let roll = DQuat::from_rotation_z(MAX_ROLL_DEG.to_radians() * roll);
         let image = self.camera.size().as_dvec2();
         let softness = ROOM_SOFTNESS * image.x / 480.0;
         let size = self.template.extent_mm().truncate();
         let room = (image - self.camera.focal() * size / depth) / 2.0;
         let room = DVec2::new(softly_positive(room.x, softness), softly_positive(room.y, softness));
-        let shift = ROOM_FRACTION * room * DVec2::new(self.across.at(phase), self.down.at(phase));
+        let shift = ROOM_FRACTION * room * DVec2::new(across, down);
         let centroid = self.camera.unproject(image / 2.0 + shift, depth);
         DAffine3::from_rotation_translation(tilt * roll, centroid)
     }

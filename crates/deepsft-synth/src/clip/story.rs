@@ -1,6 +1,7 @@
 //! Clips with something that happens in them, frame by frame with ground truth: what tracking is tried out on.
 
 use crate::clip::motion::ClipMotion;
+use crate::deform::centroid;
 use crate::error::SynthError;
 use crate::random::{Stream, generator, mix};
 use crate::sample::Sample;
@@ -88,12 +89,9 @@ impl FromStr for ClipEvent {
 
     fn from_str(name: &str) -> Result<Self, SynthError> {
         let known = Self::ALL.iter().copied().find(|event| event.name() == name);
-        known.ok_or_else(|| SynthError::ClipEvent {
-            expected: Self::ALL
-                .iter()
-                .map(|event| event.name())
-                .collect::<Vec<_>>()
-                .join(", "),
+        known.ok_or_else(|| {
+            let names: Vec<_> = Self::ALL.iter().map(|event| event.name()).collect();
+            SynthError::Refused(format!("expected one of {}", names.join(", ")))
         })
     }
 }
@@ -256,13 +254,12 @@ impl<'a> ClipStory<'a> {
         let exposure = self.length.exposure_s * self.length.frames_per_s;
         let moment = |offset: f64| {
             let at = frame as f64 + offset * exposure;
-            Moment {
-                vertices_camera: self.vertices_of_shot(at, after),
-                passing: self.passing_progress(at).map(|fraction| {
-                    let depth_mm = mean_depth(&self.vertices_of_shot(at, after));
-                    self.arm.place(fraction, &self.synthesizer.config().camera, depth_mm)
-                }),
-            }
+            let vertices_camera = self.vertices_of_shot(at, after);
+            let passing = self.passing_progress(at).map(|fraction| {
+                let depth_mm = centroid(&vertices_camera).z;
+                self.arm.place(fraction, &self.synthesizer.config().camera, depth_mm)
+            });
+            (vertices_camera, passing)
         };
         let instants = self.instants(frame as f64, exposure, after);
         let moments: Vec<Moment> = (0..instants)
@@ -344,15 +341,14 @@ impl<'a> ClipStory<'a> {
     fn way_out(&self, direction: DVec3) -> DVec3 {
         let camera = &self.synthesizer.config().camera;
         let [_, from, to, _] = LEAVING.map(|fraction| fraction * self.length.frames as f64);
-        let (focal, centre) = (camera.focal(), camera.principal_point());
         // Along x or y; towards the image's end or its beginning.
-        let (focal, low, high) = if direction.x == 0.0 {
-            (focal.y, centre.y, camera.size().height as f64 - centre.y)
-        } else {
-            (focal.x, centre.x, camera.size().width as f64 - centre.x)
-        };
-        let edge = if direction.element_sum() > 0.0 { high } else { low };
-        let room = edge + AWAY_PX;
+        let (axis, towards_end) = (direction.abs().truncate(), direction.element_sum() > 0.0);
+        let (low, high) = (
+            camera.principal_point(),
+            camera.size().as_dvec2() - camera.principal_point(),
+        );
+        let room = axis.dot(if towards_end { high } else { low }) + AWAY_PX;
+        let focal = axis.dot(camera.focal());
         // Exposures reach a little beyond the frames.
         let instants = (0..=AWAY_CHECKS).map(|k| from - 1.0 + (to - from + 2.0) * k as f64 / AWAY_CHECKS as f64);
         let needed = instants.flat_map(|frame| {
@@ -365,27 +361,32 @@ impl<'a> ClipStory<'a> {
 
 impl ClipLength {
     fn check(&self) -> Result<(), SynthError> {
-        if self.frames == 0 {
-            return Err(SynthError::setting("clip.frames", 0, "at least 1"));
-        }
-        if !(self.frames_per_s > 0.0 && self.frames_per_s.is_finite()) {
-            let expected = "a positive number";
-            return Err(SynthError::setting("clip.frames_per_s", self.frames_per_s, expected));
-        }
-        if !(0.0..=1.0).contains(&(self.exposure_s * self.frames_per_s)) {
-            let expected = "0 to the time between two frames";
-            return Err(SynthError::setting("clip.exposure_s", self.exposure_s, expected));
+        let (rate, exposure) = (self.frames_per_s, self.exposure_s);
+        let is_within = (0.0..=1.0).contains(&(exposure * rate));
+        for (fits, parameter, actual, expected) in [
+            (self.frames > 0, "clip.frames", 0.0, "at least 1"),
+            (
+                rate > 0.0 && rate.is_finite(),
+                "clip.frames_per_s",
+                rate,
+                "a positive number",
+            ),
+            (
+                is_within,
+                "clip.exposure_s",
+                exposure,
+                "0 to the time between two frames",
+            ),
+        ] {
+            if !fits {
+                return Err(SynthError::setting(parameter, actual, expected));
+            }
         }
         Ok(())
     }
 }
 
-/// How far each vertex moves in the image, pixels.
 fn ways_px(camera: &Camera, from: &[DVec3], to: &[DVec3]) -> impl Iterator<Item = f64> {
     let pairs = from.iter().zip(to);
     pairs.filter_map(|(a, b)| Some(camera.project(*a)?.distance(camera.project(*b)?)))
-}
-
-fn mean_depth(vertices_camera: &[DVec3]) -> f64 {
-    vertices_camera.iter().map(|p| p.z).sum::<f64>() / vertices_camera.len().max(1) as f64
 }

@@ -19,7 +19,7 @@ const FORMAT_VERSION: u32 = 1;
 const ROUNDING: f64 = 1e-9;
 
 /// What `dataset.json` says of the shards beside it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct DatasetDescription {
     /// Version of the shards' layout.
     pub format_version: u32,
@@ -64,19 +64,13 @@ impl DatasetDescription {
         Self {
             format_version: FORMAT_VERSION,
             seed,
-            first: 0,
-            samples: 0,
-            part: None,
-            shards: Vec::new(),
-            shard_bytes: Vec::new(),
-            shard_sha256: Vec::new(),
             template_size_mm: template.size_mm().to_array(),
             template_sha256: template_fingerprint(template),
             depth_unit_mm: f64::from(1.0 / DEPTH_UNITS_PER_MM),
             uv_one: UV_ONE as u32,
             configuration_fingerprint: fingerprint(&configuration),
             configuration,
-            fingerprint: String::new(),
+            ..Self::default()
         }
     }
 
@@ -98,7 +92,7 @@ impl DatasetDescription {
     /// Checks that the set is of `template`: its size, its mesh and its texture.
     ///
     /// # Errors
-    /// [`SynthError::OtherTemplate`].
+    /// [`SynthError::Refused`] says in what they differ.
     pub fn check_template(&self, template: &Template) -> Result<(), SynthError> {
         // The fingerprint decides: a size that was written as text may come back in another last bit.
         if template_fingerprint(template) == self.template_sha256 {
@@ -110,7 +104,9 @@ impl DatasetDescription {
             true => "one of this size, with another texture or mesh".to_owned(),
             false => format!("{width} x {height} mm, not {} x {} mm", size.x, size.y),
         };
-        Err(SynthError::OtherTemplate { difference })
+        Err(SynthError::Refused(format!(
+            "it is of another template: {difference}; choose a set of this one"
+        )))
     }
 
     /// The text of `dataset.json`.

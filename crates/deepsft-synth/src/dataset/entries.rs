@@ -13,13 +13,11 @@ use serde::{Deserialize, Serialize};
 /// Units of `depth.png` in a millimetre.
 pub(super) const DEPTH_UNITS_PER_MM: f32 = 10.0;
 
-/// Value of 1 in `uv.png`.
 pub(super) const UV_ONE: f32 = 65535.0;
 
 /// Endings of a sample's entries.
 pub(super) const ENTRIES: [&str; 4] = ["rgb.png", "depth.png", "uv.png", "json"];
 
-/// The JSON entry of a sample.
 #[derive(Serialize, Deserialize)]
 struct SampleJson {
     seed: u64,
@@ -33,7 +31,7 @@ struct SampleJson {
 /// The contents of the [`ENTRIES`] of sample `index` of `seed`.
 ///
 /// # Errors
-/// [`SynthError::DepthRange`] for a depth above 6553.5 mm, [`SynthError::Entry`] for what cannot be coded.
+/// [`SynthError::DepthRange`] for a depth above 6553.5 mm, [`SynthError::Refused`] for what cannot be coded.
 pub(super) fn encode(seed: u64, index: u64, sample: &Sample) -> Result<[Vec<u8>; 4], SynthError> {
     let (mut depth, mut uv) = (Vec::new(), Vec::new());
     for (&depth_mm, &coordinates) in sample.truth.depth().iter().zip(sample.truth.registration()) {
@@ -58,14 +56,13 @@ pub(super) fn encode(seed: u64, index: u64, sample: &Sample) -> Result<[Vec<u8>;
         vertices_camera: sample.vertices_camera.iter().map(DVec3::to_array).collect(),
     };
     let png = |entry: usize, pixels: &[u8], size: ImageSize, color: ExtendedColorType| {
-        let entry = ENTRIES[entry];
-        encode_pixels(pixels, size, color).map_err(|error| SynthError::Entry {
-            entry,
-            index,
-            reason: match error {
+        encode_pixels(pixels, size, color).map_err(|error| {
+            let reason = match error {
                 FormatError::PictureFile(reason) => reason,
                 other => other.to_string(),
-            },
+            };
+            let entry = ENTRIES[entry];
+            SynthError::Refused(format!("{entry} of sample {index} cannot be written: {reason}"))
         })
     };
     Ok([

@@ -42,7 +42,6 @@ impl DatasetFolder {
         })
     }
 
-    /// The folder.
     pub(super) fn path(&self) -> &Path {
         &self.path
     }
@@ -52,7 +51,6 @@ impl DatasetFolder {
         &self.description
     }
 
-    /// Paths of the shards, in order.
     pub(super) fn shards(&self) -> impl Iterator<Item = PathBuf> + '_ {
         self.description.shards.iter().map(|name| self.path.join(name))
     }
@@ -90,7 +88,6 @@ impl DatasetFolder {
     }
 }
 
-/// Checks the content of a shard by its hash.
 pub(super) fn check_hash(path: &Path, expected: &str) -> Result<(), FormatError> {
     let reason = match sha256_file(path) {
         Ok(hash) if hash == expected => return Ok(()),
@@ -131,7 +128,6 @@ fn merged(folder: &Path, of: u64) -> Result<DatasetDescription, Reason> {
     Ok(whole)
 }
 
-/// Reads and checks the description in `folder`.
 fn description_in(folder: &Path) -> Result<DatasetDescription, FormatError> {
     let path = folder.join(DATASET_FILE);
     let read = || -> Result<_, Reason> { DatasetDescription::from_json(&fs::read(&path).map_err(read_error)?) };

@@ -29,7 +29,6 @@ pub struct IndexedShards {
     shards: Vec<IndexedShard>,
 }
 
-/// A shard and where its samples lie in it.
 #[derive(Clone, Debug)]
 struct IndexedShard {
     path: PathBuf,
@@ -194,7 +193,6 @@ fn places(path: &Path) -> Result<Vec<Places>, Reason> {
     samples.into_iter().map(whole).collect()
 }
 
-/// The contents of the entries of a sample of the shard at `path`.
 fn contents(path: &Path, places: &Places) -> Result<[Vec<u8>; 4], Reason> {
     let mut file = File::open(path).map_err(read_error)?;
     let mut contents = [const { Vec::new() }; 4];

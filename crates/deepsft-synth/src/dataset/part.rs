@@ -24,12 +24,13 @@ pub struct DatasetPart {
 impl FromStr for DatasetPart {
     type Err = SynthError;
 
-    /// Reads `I/N`.
     fn from_str(text: &str) -> Result<Self, SynthError> {
         let numbers = text.split_once('/').map(|(number, of)| (number.parse(), of.parse()));
         match numbers {
             Some((Ok(number), Ok(of))) if (1..=of).contains(&number) => Ok(Self { number, of }),
-            _ => Err(SynthError::DatasetPart),
+            _ => Err(SynthError::Refused(
+                "expected I/N with I from 1 to N, like 2/8".to_owned(),
+            )),
         }
     }
 }

@@ -75,7 +75,7 @@ impl UnfinishedDataset {
     /// Begins the data set that is to stand at `place`, or goes on with what is there of it.
     ///
     /// # Errors
-    /// [`SynthError::OtherDataset`] when the beginning of another one is there; of the folders [`FormatError::Locked`] when
+    /// [`SynthError::Refused`] when the beginning of another one is there; of the folders [`FormatError::Locked`] when
     /// another process makes it, [`FormatError::ForeignFolder`], [`FormatError::File`] and [`FormatError::Write`].
     pub fn open(place: &Path, plan: DatasetPlan) -> Result<Self, SynthError> {
         let folder = StagedFolder::resume(place, &FolderKind::DATASET, &[STATE_FILE])?;
@@ -86,9 +86,10 @@ impl UnfinishedDataset {
             let found =
                 read().map_err(|error| FormatError::unreadable(&path, format!("could not read it: {error}")))?;
             if found.plan != plan {
-                let difference = difference(&found.plan, &plan);
-                let folder = folder.path().to_path_buf();
-                return Err(SynthError::OtherDataset { difference, folder });
+                let (folder, difference) = (folder.path().display(), difference(&found.plan, &plan));
+                return Err(SynthError::Refused(format!(
+                    "{folder} holds the beginning of another data set ({difference}): ask for that one, or remove it"
+                )));
             }
             let whole = |shard: &FinishedShard| {
                 let file = fs::metadata(folder.path().join(&shard.name));
@@ -118,7 +119,11 @@ impl UnfinishedDataset {
         while self.finished() < plan.samples {
             let first = plan.first + self.finished();
             let end = first.saturating_add(plan.shard_size).min(plan.first + plan.samples);
-            let samples = in_order(first..end, |index| coded_sample(synthesizer, plan.seed, index));
+            let samples = in_order(first..end, |index| {
+                let sample = synthesizer.sample(plan.seed, index);
+                synthesizer.check_photographs()?;
+                encode(plan.seed, index, &sample)
+            });
             let number = self.state.shards.len();
             let shard = write_shard(self.folder.path(), number, samples.inspect(|_| made()))?;
             self.state.shards.push(shard);
@@ -142,13 +147,6 @@ impl UnfinishedDataset {
         self.folder
             .write(STATE_FILE, &serde_json::to_vec(&self.state).unwrap_or_default())
     }
-}
-
-/// The entries of a sample in a shard.
-fn coded_sample(synthesizer: &Synthesizer, seed: u64, index: u64) -> Result<[Vec<u8>; 4], SynthError> {
-    let sample = synthesizer.sample(seed, index);
-    synthesizer.check_photographs()?;
-    encode(seed, index, &sample)
 }
 
 /// In what two plans differ, for people.

@@ -18,7 +18,6 @@ const OPEN_SHARD: &str = "shard.tmp";
 /// Samples per shard of a data set that is written at once.
 const SHARD_SIZE: usize = 500;
 
-/// A shard that is written.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct FinishedShard {
     pub(super) name: String,
@@ -65,24 +64,19 @@ pub(super) fn write_shard<E: From<SynthError>>(
     let failed = |error: io::Error| SynthError::from(FormatError::unwritten(&path, error));
     let write = || -> Result<FinishedShard, E> {
         let mut archive = tar::Builder::new(BufWriter::new(fs::File::create(&beside).map_err(failed)?));
-        let mut shard = FinishedShard {
-            name,
-            bytes: 0,
-            sha256: String::new(),
-            samples: 0,
-        };
+        let mut count = 0;
         for sample in samples {
             for (ending, content) in ENTRIES.into_iter().zip(sample?) {
                 // Nothing of the machine or the moment goes into the header: equal samples are equal bytes.
                 let mut header = tar::Header::new_ustar();
                 header.set_size(content.len() as u64);
                 header.set_mode(0o644);
-                let entry = format!("{:06}.{ending}", shard.samples);
+                let entry = format!("{count:06}.{ending}");
                 archive
                     .append_data(&mut header, entry, content.as_slice())
                     .map_err(failed)?;
             }
-            shard.samples += 1;
+            count += 1;
         }
         let synced = || -> io::Result<u64> {
             let mut out = archive.into_inner()?;
@@ -91,10 +85,15 @@ pub(super) fn write_shard<E: From<SynthError>>(
             file.sync_all()?;
             Ok(file.metadata()?.len())
         };
-        shard.bytes = synced().map_err(failed)?;
-        shard.sha256 = sha256_file(&beside).map_err(SynthError::from)?;
+        let bytes = synced().map_err(failed)?;
+        let sha256 = sha256_file(&beside).map_err(SynthError::from)?;
         fs::rename(&beside, &path).map_err(failed)?;
-        Ok(shard)
+        Ok(FinishedShard {
+            name,
+            bytes,
+            sha256,
+            samples: count,
+        })
     };
     let written = write();
     if written.is_err() {

@@ -15,7 +15,6 @@ pub(crate) enum Rulings {
 }
 
 impl Rulings {
-    /// Coordinate of a rest point.
     pub(crate) fn coordinate(&self, point: DVec2) -> f64 {
         match *self {
             Self::Parallel { origin, across } => across.dot(point - origin),
@@ -102,7 +101,6 @@ impl Bend {
         }
     }
 
-    /// Multiplies all angles by `factor`.
     pub(crate) fn scale(&mut self, factor: f64) {
         for curvature in &mut self.curvatures {
             *curvature *= factor;

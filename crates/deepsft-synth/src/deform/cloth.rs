@@ -152,7 +152,6 @@ impl Cloth {
         &self.rest
     }
 
-    /// The rest sheet's diagonal, mm.
     pub(crate) fn diagonal(&self) -> f64 {
         self.rest[0].distance(self.rest[self.rest.len() - 1])
     }

@@ -96,7 +96,8 @@ impl ControlPointDeformation {
         let edges = welding.mesh().edges();
         let surface = Surface::new(welding.mesh(), &edges);
         let seeds = surface.farthest_points(CONTROL_POINTS);
-        let length = surface.length_from(&seeds);
+        let ways = seeds.iter().flat_map(|&seed| surface.ways(seed));
+        let length = ways.filter(|way| way.is_finite()).fold(0.0, f64::max);
         let control_points = seeds
             .iter()
             .map(|&seed| surface.control_point(seed, REGION_FRACTION * length))
@@ -117,14 +118,10 @@ impl ControlPointDeformation {
     /// shape.
     pub(crate) fn deform<R: Rng + ?Sized>(&self, most: EdgeLengthChange, rng: &mut R) -> Vec<DVec3> {
         let pulls = self.draw(rng);
-        let shapes = self.shapes(&pulls, most, [|_| 1.0]);
-        shapes
-            .into_iter()
-            .next()
-            .unwrap_or_else(|| self.mesh.vertices().to_vec())
+        let mut shapes = self.shapes(&pulls, most, [|_| 1.0]);
+        shapes.pop().unwrap_or_else(|| self.mesh.vertices().to_vec())
     }
 
-    /// Draws which control points move, and how.
     pub(crate) fn draw<R: Rng + ?Sized>(&self, rng: &mut R) -> Pulls {
         let mut order: Vec<usize> = (0..self.control_points.len()).collect();
         order.shuffle(rng);
@@ -153,10 +150,8 @@ impl ControlPointDeformation {
         let strengths: Vec<F> = strengths.into_iter().collect();
         let mut strength = 1.0;
         for _ in 0..WEAKENING_TRIES {
-            let shapes = strengths
-                .iter()
-                .map(|of_pull| self.pulled(pulls, most, |k| strength * of_pull(k)));
-            if let Some(shapes) = shapes.collect() {
+            let pulled = |of_pull: &F| self.pulled(pulls, most, |k| strength * of_pull(k));
+            if let Some(shapes) = strengths.iter().map(pulled).collect() {
                 return shapes;
             }
             strength *= WEAKENING;
@@ -167,18 +162,26 @@ impl ControlPointDeformation {
     /// The mesh after `pulls`. `None` where that changes edge lengths by more than `most`.
     fn pulled(&self, pulls: &Pulls, most: EdgeLengthChange, strength: impl Fn(usize) -> f64) -> Option<Vec<DVec3>> {
         let rest = self.welding.mesh().vertices();
+        let point = |welded: usize, p_camera: DVec3| -> Option<VertexPoint> {
+            Some(VertexPoint {
+                vertex: self.welding.first(welded)?,
+                p_camera,
+                weight: WEIGHT,
+            })
+        };
         let mut points = Vec::new();
         for (k, &Pull { number, turn, shift }) in pulls.moved.iter().enumerate() {
             let ControlPoint { vertices, joint, turns } = &self.control_points[number];
             let turn = DQuat::from_scaled_axis(turn * (strength(k) * turns));
             let place = |p: DVec3| *joint + turn * (p - *joint) + shift * strength(k);
-            points.extend(vertices.iter().map(|&vertex| (vertex, place(rest[vertex]))));
+            points.extend(vertices.iter().filter_map(|&vertex| point(vertex, place(rest[vertex]))));
         }
         // One more stays where it is: something to hold on to.
-        if let Some(number) = pulls.still {
-            let vertices = &self.control_points[number].vertices;
-            points.extend(vertices.iter().map(|&vertex| (vertex, rest[vertex])));
-        }
+        let still = pulls
+            .still
+            .iter()
+            .flat_map(|&number| &self.control_points[number].vertices);
+        points.extend(still.filter_map(|&vertex| point(vertex, rest[vertex])));
         let vertices = self.completed(&points)?;
         let change = EdgeLengthChange::between(rest, &self.edges, &self.welding.weld(&vertices));
         (change.median <= most.median && change.p95 <= most.p95).then(|| {
@@ -188,24 +191,13 @@ impl ControlPointDeformation {
         })
     }
 
-    /// The mesh whose welded vertices are pulled to `points`.
-    fn completed(&self, points: &[(usize, DVec3)]) -> Option<Vec<DVec3>> {
+    fn completed(&self, points: &[VertexPoint]) -> Option<Vec<DVec3>> {
         let taken = self.solvers.lock().unwrap_or_else(PoisonError::into_inner).pop();
         let mut solver = match taken {
             Some(solver) => solver,
             None => ArapCompletion::new(&self.mesh, CompletionOptions::default()).ok()?,
         };
-        let points: Vec<VertexPoint> = points
-            .iter()
-            .filter_map(|&(welded, p_camera)| {
-                Some(VertexPoint {
-                    vertex: self.welding.first(welded)?,
-                    p_camera,
-                    weight: WEIGHT,
-                })
-            })
-            .collect();
-        let completion = solver.complete(&points, None);
+        let completion = solver.complete(points, None);
         self.solvers.lock().unwrap_or_else(PoisonError::into_inner).push(solver);
         completion.ok().map(|completion| completion.vertices)
     }
@@ -271,12 +263,6 @@ impl<'a> Surface<'a> {
             points.push(point);
         }
         points
-    }
-
-    /// The longest way between one of `points` and any vertex.
-    fn length_from(&self, points: &[usize]) -> f64 {
-        let ways = points.iter().flat_map(|&point| self.ways(point));
-        ways.filter(|way| way.is_finite()).fold(0.0, f64::max)
     }
 
     fn control_point(&self, seed: usize, radius: f64) -> ControlPoint {

@@ -106,13 +106,18 @@ fn turn_upright(rest: &[DVec3], vertices: &mut [DVec3]) {
     vertices.iter_mut().for_each(|vertex| *vertex = turn * *vertex);
 }
 
+/// The mean of some points; the origin of none.
+pub(crate) fn centroid(points: &[DVec3]) -> DVec3 {
+    points.iter().sum::<DVec3>() / points.len().max(1) as f64
+}
+
 /// Fraction of a mesh's area below which the sum of its faces' area vectors is rounding: that of a closed mesh is zero.
 const NO_MEAN_NORMAL: f64 = 1e-6;
 
 /// Moves the vertices' mean to the origin and turns the mean normal to -z, the short way; a closed mesh, which has none,
 /// stays as it is turned.
 pub(crate) fn face_front(mesh: &TriangleMesh, vertices: &mut [DVec3]) {
-    let mean = vertices.iter().sum::<DVec3>() / vertices.len() as f64;
+    let mean = centroid(vertices);
     let area = |&[a, b, c]: &[usize; 3]| (vertices[b] - vertices[a]).cross(vertices[c] - vertices[a]);
     let sum: DVec3 = mesh.faces().iter().map(area).sum();
     let whole: f64 = mesh.faces().iter().map(|face| area(face).length()).sum();

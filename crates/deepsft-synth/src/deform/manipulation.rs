@@ -71,7 +71,6 @@ struct Anchor {
 }
 
 impl Anchor {
-    /// Shortens way and turn by `factor`.
     fn weaken(&mut self, factor: f64) {
         self.way *= factor;
         self.turn = DQuat::IDENTITY.slerp(self.turn, factor);
@@ -84,7 +83,6 @@ impl Anchor {
     }
 }
 
-/// One manipulation of a sheet.
 #[derive(Clone, Debug)]
 pub(crate) struct Manipulation {
     cloth: Cloth,
@@ -97,7 +95,6 @@ pub(crate) struct Manipulation {
 }
 
 impl Manipulation {
-    /// A random manipulation of a sheet of the given size.
     pub(crate) fn sample<R: Rng + ?Sized>(size_mm: DVec2, rng: &mut R) -> Self {
         let diagonal = size_mm.length();
         let stiffness = between(BENDING_LENGTH.map(f64::ln), rng).exp();
@@ -195,15 +192,9 @@ fn sample_anchors<R: Rng + ?Sized>(cloth: &Cloth, size_mm: DVec2, rng: &mut R) -
             let (centre, particles) = sample_held_part(cloth, size_mm, rng);
             let way = unit_direction(rng) * between([0.0, ANCHOR_SHIFT], rng) * diagonal;
             let turn = DQuat::from_axis_angle(unit_direction(rng), between([0.0, ANCHOR_TURN_RAD], rng));
-            let apart = |other: &Anchor| {
-                let pairs = other
-                    .particles
-                    .iter()
-                    .flat_map(|&a| particles.iter().map(move |&b| (a, b)));
-                let distances = pairs.map(|(a, b)| cloth.rest()[a].distance(cloth.rest()[b]));
-                distances.fold(f64::INFINITY, f64::min)
-            };
-            if anchors.iter().all(|other| apart(other) > MIN_BETWEEN * diagonal) {
+            let apart = |a: usize, b: usize| cloth.rest()[a].distance(cloth.rest()[b]) > MIN_BETWEEN * diagonal;
+            let mut held = anchors.iter().flat_map(|other| &other.particles);
+            if held.all(|&a| particles.iter().all(|&b| apart(a, b))) {
                 anchors.push(Anchor {
                     centre,
                     particles,
@@ -257,19 +248,11 @@ fn sample_held_part<R: Rng + ?Sized>(cloth: &Cloth, size_mm: DVec2, rng: &mut R)
     } else {
         DVec2::splat(radius)
     };
-    let mut nearest = (f64::INFINITY, 0);
-    let mut particles = Vec::new();
-    for (k, p) in cloth.rest().iter().enumerate() {
-        let distance = ((*p - centre) / reach).length();
-        if distance < nearest.0 {
-            nearest = (distance, k);
-        }
-        if distance <= 1.0 {
-            particles.push(k);
-        }
-    }
+    let distance = |k: &usize| ((cloth.rest()[*k] - centre) / reach).length();
+    let all = 0..cloth.rest().len();
+    let mut particles: Vec<usize> = all.clone().filter(|k| distance(k) <= 1.0).collect();
     if particles.is_empty() {
-        particles.push(nearest.1);
+        particles.extend(all.min_by(|a, b| distance(a).total_cmp(&distance(b))));
     }
     (centre, particles)
 }

@@ -13,5 +13,5 @@ mod xpbd;
 pub(crate) use bend::{Bend, Rulings};
 pub use config::DeformationConfig;
 pub(crate) use control_points::{ControlPointDeformation, MOVED, Pulls, TOY_EDGE_CHANGE};
-pub(crate) use deformation::{deform, face_front};
+pub(crate) use deformation::{centroid, deform, face_front};
 pub(crate) use relaxation::EdgeLengthChange;

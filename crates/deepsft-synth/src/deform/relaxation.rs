@@ -18,7 +18,6 @@ pub(crate) struct Relaxation {
 }
 
 impl Relaxation {
-    /// The constraints of `template`'s rest mesh.
     pub(crate) fn new(template: &Template) -> Self {
         // Only a grid has rows and columns to keep in shape.
         let (columns, rows) = template.grid().unwrap_or((1, 1));

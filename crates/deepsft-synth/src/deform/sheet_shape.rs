@@ -249,7 +249,6 @@ impl Shape {
         }
     }
 
-    /// Multiplies all angles and heights by `factor`.
     pub(crate) fn scale(&mut self, factor: f64) {
         self.bends.iter_mut().for_each(|bend| bend.scale(factor));
         self.waves.iter_mut().for_each(|wave| wave.amplitude_mm *= factor);

@@ -14,7 +14,6 @@ pub(crate) struct SeenDepth {
 }
 
 impl SeenDepth {
-    /// A surface that faces the camera.
     pub(crate) fn facing(depth_mm: f64) -> Self {
         Self { depth_mm, cosine: 1.0 }
     }

@@ -113,18 +113,15 @@ impl FrameFiles<'_> {
         FormatError::unusable(self.what, self.place, reason).into()
     }
 
-    /// The files, sorted by their keys.
     fn keyed(&self, pairing: FramePairing) -> Result<Vec<KeyedFile>, SynthError> {
         let name = self.place.file_name().unwrap_or_default().to_string_lossy();
         let (folder, before, after) = match name.split_once('*') {
             Some((before, after)) => (self.place.parent().unwrap_or(Path::new("")), before, after),
             None => (self.place, "", ""),
         };
-        let folder = if folder == Path::new("") {
-            Path::new(".")
-        } else {
-            folder
-        };
+        let folder = Some(folder)
+            .filter(|folder| *folder != Path::new(""))
+            .unwrap_or(Path::new("."));
         let list = || -> io::Result<Vec<String>> {
             fs::read_dir(folder)?
                 .map(|entry| Ok(entry?.file_name().to_string_lossy().into_owned()))
@@ -158,10 +155,8 @@ impl FrameFiles<'_> {
             .map(|(key, name)| KeyedFile { key, path: path(name) })
             .collect();
         files.sort_by(|a, b| a.key.unwrap_or(f64::MAX).total_cmp(&b.key.unwrap_or(f64::MAX)));
-        match files
-            .windows(2)
-            .find(|pair| pair[0].key.is_some() && pair[0].key == pair[1].key)
-        {
+        let is_same = |pair: &&[KeyedFile]| pair[0].key.is_some() && pair[0].key == pair[1].key;
+        match files.windows(2).find(is_same) {
             Some([a, b]) => {
                 let (a, b) = (a.path.display(), b.path.display());
                 Err(self.refused(format!(

@@ -153,7 +153,6 @@ impl RecordingImport {
         Ok(folder.commit().map_err(SynthError::from)?)
     }
 
-    /// What each frame was made of.
     fn list(&self) -> String {
         let mut list = String::from("frame,color,depth,others\n");
         for (index, files) in self.files.frames.iter().enumerate() {

@@ -73,47 +73,40 @@ fn associated(text: &str) -> Result<Vec<Pair>, String> {
             return Err(format!("line {number} names a file outside of the recording"));
         }
         let is_depth = |path: &str| Path::new(path).starts_with(DEPTH_FOLDER);
-        pairs.push(match (is_depth(a), is_depth(b)) {
-            (false, true) => Pair {
-                rgb: a.into(),
-                depth: b.into(),
-            },
-            (true, false) => Pair {
-                rgb: b.into(),
-                depth: a.into(),
-            },
+        let (rgb, depth) = match (is_depth(a), is_depth(b)) {
+            (false, true) => (a.into(), b.into()),
+            (true, false) => (b.into(), a.into()),
             _ => return Err(format!("line {number} does not name one picture in {DEPTH_FOLDER}/")),
-        });
+        };
+        pairs.push(Pair { rgb, depth });
     }
     Ok(pairs)
 }
 
 /// Pictures of the same name without its ending, in the order of the names.
 fn by_name(folder: &Path) -> Result<Vec<Pair>, SynthError> {
+    let alone = |path: &Path, other: &str, name: &str| {
+        let reason = format!(
+            "it has no partner {other}/{name}.png, and there is no {ASSOCIATIONS_FILE}: add one of them, or remove it"
+        );
+        SynthError::recording(reason, &folder.join(path))
+    };
     let mut depth = pictures(folder, DEPTH_FOLDER)?;
     let mut pairs = Vec::new();
     for (name, rgb) in pictures(folder, RGB_FOLDER)? {
-        let Some(depth) = depth.remove(&name) else {
-            let reason = format!(
-                "it has no partner {DEPTH_FOLDER}/{name}.png, and there is no {ASSOCIATIONS_FILE}: add one of them, or remove it"
-            );
-            return Err(SynthError::recording(reason, &folder.join(rgb)));
-        };
+        let depth = depth.remove(&name).ok_or_else(|| alone(&rgb, DEPTH_FOLDER, &name))?;
         pairs.push(Pair { rgb, depth });
     }
-    if let Some((name, path)) = depth.first_key_value() {
-        let reason = format!(
-            "it has no partner {RGB_FOLDER}/{name}.png, and there is no {ASSOCIATIONS_FILE}: add one of them, or remove it"
-        );
-        return Err(SynthError::recording(reason, &folder.join(path)));
+    match depth.first_key_value() {
+        Some((name, path)) => Err(alone(path, RGB_FOLDER, name)),
+        None => Ok(pairs),
     }
-    Ok(pairs)
 }
 
 /// The PNG and JPEG files of a folder of the recording by name, with their paths within the recording.
 fn pictures(folder: &Path, name: &str) -> Result<BTreeMap<String, PathBuf>, SynthError> {
     let path = folder.join(name);
-    let unreadable = |error| SynthError::recording(read_error(error).to_string(), &path);
+    let unreadable = |error| SynthError::recording(read_error(error), &path);
     let mut pictures = BTreeMap::new();
     for entry in fs::read_dir(&path).map_err(unreadable)? {
         let file = PathBuf::from(entry.map_err(unreadable)?.file_name());

@@ -1,7 +1,7 @@
 //! How a printer and its paper change a template's picture: part of the gap between synthetic and recorded images.
 
 use crate::random::uniform;
-use crate::render::color::{linear_from_srgb8, srgb8_from_linear};
+use crate::render::{linear_from_srgb8, srgb8_from_linear};
 use deepsft_geometry::Picture;
 use deepsft_geometry::glam::Vec3;
 use rand::Rng;

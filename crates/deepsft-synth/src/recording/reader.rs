@@ -52,22 +52,16 @@ impl Recording {
     /// without its partner, no pictures at all.
     pub fn open(folder: &Path) -> Result<Self, SynthError> {
         let camera = folder.join(CAMERA_FILE);
-        let text = fs::read_to_string(&camera)
-            .map_err(|error| SynthError::recording(read_error(error).to_string(), &camera))?;
-        let sensor = RgbdSensor::from_json(&text).map_err(|error| SynthError::recording(error.to_string(), &camera))?;
+        let text = fs::read_to_string(&camera).map_err(|error| SynthError::recording(read_error(error), &camera))?;
+        let sensor = RgbdSensor::from_json(&text).map_err(|error| SynthError::recording(error, &camera))?;
         let pairs = pairing::pairs(folder)?;
         let masks = folder.join(MASK_FOLDER);
         let has_masks = masks.is_dir();
-        if has_masks {
-            for pair in &pairs {
-                let mask = pair.mask(&masks);
-                if !mask.is_file() {
-                    let reason = format!(
-                        "there is no such mask for {}: add it, or remove the folder of masks",
-                        pair.rgb.display()
-                    );
-                    return Err(SynthError::recording(reason, &mask));
-                }
+        for pair in pairs.iter().filter(|_| has_masks) {
+            let (mask, rgb) = (pair.mask(&masks), pair.rgb.display());
+            if !mask.is_file() {
+                let reason = format!("there is no such mask for {rgb}: add it, or remove the folder of masks");
+                return Err(SynthError::recording(reason, &mask));
             }
         }
         Ok(Self {
@@ -110,24 +104,18 @@ impl Recording {
             return Err(SynthError::recording(reason, &self.folder));
         };
         let warp = CanonicalWarp::new(&self.sensor.color, canonical);
-        let image = warp.apply(&read(
-            &self.folder.join(&pair.rgb),
-            &self.sensor.color,
-            decode_picture_of_camera,
-        )?)?;
+        let color = |path: PathBuf| -> Result<Picture, SynthError> {
+            let picture = read(&self.folder.join(path), &self.sensor.color, decode_picture_of_camera)?;
+            Ok(warp.apply(&picture)?)
+        };
+        let image = color(pair.rgb.clone())?;
         let raw = read(&self.folder.join(&pair.depth), &self.sensor.depth, decode_depth)?;
         let depth_mm = DepthAlignment::new(&self.sensor, canonical).apply(&raw);
-        let mask = if self.has_masks {
-            let mask = read(
-                &pair.mask(&self.folder.join(MASK_FOLDER)),
-                &self.sensor.color,
-                decode_picture_of_camera,
-            )?;
-            let warped = warp.apply(&mask)?;
-            Some(warped.rgb().chunks_exact(3).map(|c| c[0] >= MASK_THRESHOLD).collect())
-        } else {
-            None
-        };
+        let mut mask = None;
+        if self.has_masks {
+            let warped = color(pair.mask(Path::new(MASK_FOLDER)))?;
+            mask = Some(warped.rgb().chunks_exact(3).map(|c| c[0] >= MASK_THRESHOLD).collect());
+        }
         Ok(RecordedFrame { image, depth_mm, mask })
     }
 }
@@ -138,6 +126,6 @@ fn read<T>(
     camera: &Camera,
     decode: impl Fn(&[u8], &Camera) -> Result<T, FormatError>,
 ) -> Result<T, SynthError> {
-    let bytes = fs::read(path).map_err(|error| SynthError::recording(read_error(error).to_string(), path))?;
-    decode(&bytes, camera).map_err(|error| SynthError::recording(error.to_string(), path))
+    let bytes = fs::read(path).map_err(|error| SynthError::recording(read_error(error), path))?;
+    decode(&bytes, camera).map_err(|error| SynthError::recording(error, path))
 }

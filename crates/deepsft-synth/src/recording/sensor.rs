@@ -61,9 +61,9 @@ impl RgbdSensor {
     /// Reads the text of a `camera.json` (fields: see [`crate::Recording`]).
     ///
     /// # Errors
-    /// [`SynthError::Sensor`] says what is wrong with it.
+    /// [`SynthError::Refused`] says what is wrong with it.
     pub fn from_json(text: &str) -> Result<Self, SynthError> {
-        Self::parsed(text).map_err(|reason| SynthError::Sensor { reason })
+        Self::parsed(text).map_err(SynthError::Refused)
     }
 
     fn parsed(text: &str) -> Result<Self, String> {

@@ -3,17 +3,18 @@
 
 use crate::canonical_truth::canonical_truth;
 use crate::clip::{ClipMotion, LOOP_S};
+use crate::deform::centroid;
 use crate::error::SynthError;
 use crate::random::{Stream, generator, mix, uniform};
 use crate::recording::depth_camera::{SeenDepth, measure};
 use crate::recording::print_response::PrintResponse;
 use crate::recording::sensor::RgbdSensor;
-use crate::render::frame::Frame;
-use crate::render::projected_mesh::ProjectedMesh;
-use crate::render::{EffectsConfig, LightingConfig};
+use crate::render::{EffectsConfig, Frame, LightingConfig, each_seen};
 use crate::sample::Sample;
-use crate::scene::{Moment, Scene, SynthConfig, Synthesizer};
+use crate::scene::occluder::covered_by;
+use crate::scene::{Scene, SynthConfig, Synthesizer};
 use deepsft_geometry::glam::{DAffine3, DQuat, DVec3, Vec3};
+use deepsft_geometry::raster::VisibleSurface;
 use deepsft_geometry::{Camera, CanonicalWarp, Template, training_camera};
 use rand::RngExt;
 
@@ -25,7 +26,6 @@ const DEPTH_CAMERA: ((usize, usize), [f64; 2], [f64; 2]) = ((512, 424), [365.5, 
 const DEPTH_PLACE_MM: DVec3 = DVec3::new(52.0, -0.5, -1.5);
 const DEPTH_TURN: f64 = 0.006;
 
-/// Instants of an exposure.
 const INSTANTS: usize = 3;
 /// Thickness of a hand on either side of the sheet, mm.
 const HAND_MM: f64 = 18.0;
@@ -163,12 +163,8 @@ impl RecordingSimulator {
     /// Take `number`.
     pub fn take(&self, number: usize) -> Take<'_> {
         let index = number as u64;
-        let mut scene = if self.conditions_change {
-            self.synthesizer.scene(self.seed, index)
-        } else {
-            let first = self.synthesizer.scene(self.seed, 0);
-            self.synthesizer.scene_like(&first, self.seed, index)
-        };
+        let first = (!self.conditions_change).then(|| self.synthesizer.scene(self.seed, 0));
+        let mut scene = self.synthesizer.scene_like(first.as_ref(), self.seed, index);
         // The paper's discs have a size in pixels, which two cameras do not share.
         scene.keep_bodies();
         Take {
@@ -222,10 +218,7 @@ impl Take<'_> {
             scaled(self.motion.vertices_camera(time / LOOP_S), self.simulator.print.scale)
         };
         let moments = (0..INSTANTS)
-            .map(|k| Moment {
-                vertices_camera: at((k as f64 + 0.5) / INSTANTS as f64 - 0.5),
-                passing: None,
-            })
+            .map(|k| (at((k as f64 + 0.5) / INSTANTS as f64 - 0.5), None))
             .collect();
         let number = (self.number * RecordingSimulator::FRAMES_PER_TAKE + index) as u64;
         let color = self.scene.expose(moments, mix(self.simulator.seed) ^ number)?;
@@ -240,18 +233,20 @@ impl Take<'_> {
         let depth_from_color = self.simulator.sensor.color_from_depth.inverse();
         let vertices = vertices_camera.iter().map(|&p| depth_from_color.transform_point3(p));
         let vertices: Vec<DVec3> = vertices.collect();
-        let middle = vertices.iter().map(|p| p.z).sum::<f64>() / vertices.len().max(1) as f64;
+        let middle = centroid(&vertices).z;
         let (width, height) = (camera.size().width, camera.size().height);
         let bodies = self.scene.bodies(camera, &vertices);
         // Only its size is asked for.
         let frame = Frame::filled(width, height, Vec3::ZERO);
         let mut seen = self.room.clone();
-        for pixel in bodies.iter().flat_map(|body| body.covered_behind(&frame)) {
+        for pixel in bodies.iter().flat_map(|body| covered_by(&body.behind, &frame)) {
             seen[pixel] = SeenDepth::facing(middle + HAND_MM);
         }
-        let sheet = ProjectedMesh::new(self.simulator.synthesizer.template().mesh(), &vertices, camera);
-        sheet.each_seen(|pixel, depth_mm, cosine| seen[pixel] = SeenDepth { depth_mm, cosine });
-        for pixel in bodies.iter().flat_map(|body| body.covered_pixels(&frame)) {
+        let sheet = VisibleSurface::new(self.simulator.synthesizer.template().mesh(), &vertices, camera);
+        each_seen(&sheet, |pixel, depth_mm, cosine| {
+            seen[pixel] = SeenDepth { depth_mm, cosine }
+        });
+        for pixel in bodies.iter().flat_map(|body| covered_by(&body.front, &frame)) {
             let sheet = seen[pixel].depth_mm.min(middle + HAND_MM);
             seen[pixel] = SeenDepth::facing(sheet - HAND_MM);
         }
@@ -274,12 +269,9 @@ impl Take<'_> {
     }
 }
 
-/// A mesh scaled about its centroid.
 fn scaled(mut vertices: Vec<DVec3>, scale: f64) -> Vec<DVec3> {
-    let centroid = vertices.iter().sum::<DVec3>() / vertices.len().max(1) as f64;
-    vertices
-        .iter_mut()
-        .for_each(|p| *p = centroid + (*p - centroid) * scale);
+    let centre = centroid(&vertices);
+    vertices.iter_mut().for_each(|p| *p = centre + (*p - centre) * scale);
     vertices
 }
 

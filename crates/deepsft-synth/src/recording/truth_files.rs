@@ -107,13 +107,7 @@ fn of_mesh(name: &str, bytes: &[u8], mesh: &TriangleMesh, mm_per_unit: f64) -> R
     }
     let surface = TriangleMesh::new(points, places, faces).map_err(|error| error.to_string())?;
     let locator = SurfaceLocator::new(&surface);
-    let steps = [
-        DVec2::ZERO,
-        DVec2::ONE,
-        DVec2::NEG_ONE,
-        DVec2::new(1.0, -1.0),
-        DVec2::new(-1.0, 1.0),
-    ];
+    let steps = [(0.0, 0.0), (1.0, 1.0), (-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0)].map(DVec2::from);
     let located = |uv: &DVec2| steps.iter().find_map(|step| locator.locate(uv + ROUNDING * step));
     let point = |uv| Some(located(uv)?.position(surface.faces(), surface.vertices()));
     Ok(mesh.texture_coordinates().iter().map(point).collect())
@@ -230,15 +224,14 @@ fn completed(told: &[Option<DVec3>], mesh: &TriangleMesh) -> Result<Vec<DVec3>, 
     if let Some(vertices) = told.iter().copied().collect() {
         return Ok(vertices);
     }
-    let weight = 1.0;
-    let seen = (told.iter().enumerate()).filter_map(|(vertex, point)| Some((vertex, (*point)?)));
-    let points: Vec<_> = seen
-        .map(|(vertex, p_camera)| VertexPoint {
+    let point = |(vertex, point): (usize, &Option<DVec3>)| {
+        Some(VertexPoint {
             vertex,
-            p_camera,
-            weight,
+            p_camera: (*point)?,
+            weight: 1.0,
         })
-        .collect();
+    };
+    let points: Vec<_> = told.iter().enumerate().filter_map(point).collect();
     let mut completion = ArapCompletion::new(mesh, CompletionOptions::default())?;
     let mut vertices = completion.complete(&points, None)?.vertices;
     points.iter().for_each(|point| vertices[point.vertex] = point.p_camera);

@@ -109,7 +109,6 @@ pub(crate) struct CameraEffects {
 }
 
 impl CameraEffects {
-    /// Draws a camera.
     pub(crate) fn sample<R: Rng + ?Sized>(config: &EffectsConfig, rng: &mut R) -> Self {
         let gain = uniform(rng, config.gain);
         let mut balance = || 1.0 + uniform(rng, [-config.white_balance, config.white_balance]);
@@ -211,7 +210,6 @@ struct NoiseSource {
 }
 
 impl NoiseSource {
-    /// Three independent numbers.
     fn next(&mut self) -> [f32; 3] {
         self.state = self.state.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let z = (self.state ^ (self.state >> 32)).wrapping_mul(0xd6e8_feb8_6659_fd93);
@@ -261,7 +259,6 @@ fn normalised(mut taps: Kernel) -> Kernel {
     taps
 }
 
-/// The frame under a Gaussian blur.
 fn blurred(frame: &Frame, sigma_px: f32) -> Frame {
     let reach = (3.0 * sigma_px).ceil() as isize;
     let bell = |i: isize| (-0.5 * (i as f32 / sigma_px).powi(2)).exp();
@@ -314,21 +311,11 @@ fn through_jpeg(picture: Picture, quality: u8) -> Picture {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::random::{Stream, generator};
     use crate::render::color::linear_from_srgb8;
 
     fn neutral() -> CameraEffects {
-        CameraEffects {
-            gain: Vec3::ONE,
-            gamma: 1.0,
-            contrast: 1.0,
-            saturation: 1.0,
-            defocus_px: 0.0,
-            motion_px: Vec2::ZERO,
-            sharpening: 0.0,
-            noise_levels: 0.0,
-            vignetting: 0.0,
-            jpeg_quality: None,
-        }
+        CameraEffects::sample(&EffectsConfig::none(), &mut generator(1, 0, Stream::Scene))
     }
 
     fn light_of(picture: &Picture) -> Frame {

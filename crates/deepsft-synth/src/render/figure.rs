@@ -17,7 +17,6 @@ pub(crate) enum Figure {
 }
 
 impl Figure {
-    /// A disc.
     pub(crate) fn disc(centre: Vec2, radius: f32) -> Self {
         Self::Ellipse(centre, Vec2::X, Vec2::splat(radius))
     }

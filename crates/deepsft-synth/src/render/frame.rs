@@ -15,7 +15,6 @@ pub(crate) struct Frame {
 }
 
 impl Frame {
-    /// A frame of one colour.
     pub(crate) fn filled(width: usize, height: usize, color: Vec3) -> Self {
         Self {
             width,
@@ -24,12 +23,10 @@ impl Frame {
         }
     }
 
-    /// The colour of row-major pixel `pixel`.
     pub(crate) fn color(&self, pixel: usize) -> Vec3 {
         Vec3::from_slice(&self.rgb[3 * pixel..3 * pixel + 3])
     }
 
-    /// Sets the colour of row-major pixel `pixel`.
     pub(crate) fn set(&mut self, pixel: usize, color: Vec3) {
         color.write_to_slice(&mut self.rgb[3 * pixel..3 * pixel + 3]);
     }

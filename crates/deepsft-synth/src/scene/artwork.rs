@@ -2,10 +2,7 @@
 //! it need not be the template.
 
 use crate::random::{draw_or, uniform, unit_vector};
-use crate::render::color::{any_color, vivid_color};
-use crate::render::figure::Figure;
-use crate::render::frame::Frame;
-use crate::render::value_noise::ValueNoise;
+use crate::render::{Figure, Frame, ValueNoise, any_color, vivid_color};
 use deepsft_geometry::Picture;
 use deepsft_geometry::glam::{DVec2, Vec2, Vec3};
 use rand::{Rng, RngExt};
@@ -299,23 +296,15 @@ fn landscape<R: Rng + ?Sized>(frame: &mut Frame, low: Vec2, high: Vec2, rng: &mu
     let colors = palette(rng);
     let (sky, horizon) = (pick(&colors, rng), any_color(rng));
     let size = high - low;
-    let (sun, radius, shine) = (
-        point(low, high, rng),
-        uniform(rng, [10.0, 60.0]),
-        vivid_color(rng, 0.6, 1.0),
-    );
+    let (sun, radius) = (point(low, high, rng), uniform(rng, [10.0, 60.0]));
+    let shine = vivid_color(rng, 0.6, 1.0);
     let layers: Vec<(ValueNoise, f32, f32, f32, Vec3)> = (0..rng.random_range(2..7))
         .map(|k| {
             let base = low.y + size.y * (0.35 + 0.1 * k as f32);
             let (height, scale) = (uniform(rng, [10.0, 90.0]), uniform(rng, [0.006, 0.04]));
             let noise = ValueNoise::new(rng);
-            (
-                noise,
-                base,
-                height,
-                scale,
-                pick(&colors, rng) * uniform(rng, [0.3, 1.0]),
-            )
+            let hill = pick(&colors, rng) * uniform(rng, [0.3, 1.0]);
+            (noise, base, height, scale, hill)
         })
         .collect();
     frame.paint(&Figure::upright(low, high), |p| {

@@ -2,11 +2,7 @@
 //! differently.
 
 use crate::random::{Stream, draw_or, generator, uniform, unit_vector};
-use crate::render::color::{any_color, vivid_color};
-use crate::render::figure::Figure;
-use crate::render::frame::Frame;
-use crate::render::texture::Texture;
-use crate::render::value_noise::{ValueNoise, floor};
+use crate::render::{Figure, Frame, Texture, ValueNoise, any_color, floor, vivid_color};
 use crate::scene::artwork::artwork;
 use deepsft_geometry::glam::{Mat3, Vec2, Vec3};
 use rand::{Rng, RngExt};
@@ -55,14 +51,6 @@ fn printed_artwork(number: usize) -> Arc<Texture> {
         Arc::new(Texture::new(&artwork(number, &mut rng).1))
     };
     ARTWORK_POOL[number].get_or_init(paint).clone()
-}
-
-/// A background picture.
-pub(crate) enum Background {
-    /// One of the user's.
-    Photograph(Arc<Texture>),
-    /// A procedural one.
-    Drawn(Arc<Texture>),
 }
 
 /// How a background picture is laid into the frame: crop, zoom, rotation, reflection, colour.

@@ -2,8 +2,7 @@
 
 use crate::deform::DeformationConfig;
 use crate::error::SynthError;
-use crate::render::camera_effects::EffectsConfig;
-use crate::render::shading::LightingConfig;
+use crate::render::{EffectsConfig, LightingConfig};
 use crate::scene::occluder::OccluderKind;
 use crate::scene::pose::PoseConfig;
 use deepsft_formats::CameraFile;
@@ -96,12 +95,12 @@ impl SynthConfig {
     /// Checks probabilities, ranges and the camera.
     ///
     /// # Errors
-    /// [`SynthError::Setting`] names the field; [`SynthError::DistortedCamera`].
+    /// [`SynthError::Setting`] names the field; [`SynthError::Refused`] for a camera with lens distortion, as the renderer draws straight edges.
     pub(crate) fn check(&self) -> Result<(), SynthError> {
         if self.camera.lens() != Lens::Pinhole {
-            return Err(SynthError::DistortedCamera {
-                actual: self.camera.lens(),
-            });
+            let lens = self.camera.lens();
+            let reason = format!("the synthesis camera has lens distortion {lens:?}, expected none");
+            return Err(SynthError::Refused(reason));
         }
         let (light, effects) = (&self.lighting, &self.effects);
         for (parameter, value) in [

@@ -4,11 +4,11 @@ mod artwork;
 mod background;
 mod composition;
 mod config;
-mod ingredients;
 pub(crate) mod occluder;
 mod paper_protocol;
 mod photographs;
 pub(crate) mod pose;
+mod samples;
 mod synthesizer;
 
 pub use artwork::artwork;

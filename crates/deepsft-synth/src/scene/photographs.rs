@@ -3,7 +3,7 @@
 
 use crate::error::SynthError;
 use crate::random::{Stream, generator, mix};
-use crate::render::texture::Texture;
+use crate::render::Texture;
 use crate::scene::artwork::photograph_sheet;
 use deepsft_formats::{FormatError, decode_picture, read_error, sha256};
 use deepsft_geometry::Picture;

@@ -1,5 +1,6 @@
 //! Random poses of a sheet before the camera, as a person holds it.
 
+use crate::deform::centroid;
 use crate::random::{between, chance};
 use deepsft_geometry::{
     Camera,
@@ -154,10 +155,6 @@ fn bounding_box(camera: &Camera, vertices: &[DVec3], pose: &DAffine3) -> (DVec2,
         .map(|p| (p, p))
         .reduce(|(low, high), (p, _)| (low.min(p), high.max(p)));
     all.unwrap_or((DVec2::ZERO, camera.size().as_dvec2()))
-}
-
-fn centroid(vertices: &[DVec3]) -> DVec3 {
-    vertices.iter().sum::<DVec3>() / vertices.len().max(1) as f64
 }
 
 /// Angle in radians between the template's z axis and the line of sight to the centroid.

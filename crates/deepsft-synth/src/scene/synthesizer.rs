@@ -1,24 +1,22 @@
-//! Synthetic samples: a pure function of (template, configuration, seed, index).
+//! What samples are made of: the template and its random shapes, backgrounds, and the art of other printed sheets.
 
-use crate::deform::{ControlPointDeformation, EdgeLengthChange};
+use crate::deform::{ControlPointDeformation, EdgeLengthChange, TOY_EDGE_CHANGE, deform};
 use crate::error::SynthError;
-use crate::random::{Stream, generator};
-use crate::render::projected_mesh::ProjectedMesh;
-use crate::sample::Sample;
-use crate::scene::composition::Scene;
+use crate::render::Texture;
+use crate::scene::background::any_artwork;
 use crate::scene::config::SynthConfig;
-use crate::scene::ingredients::Ingredients;
-use crate::scene::photographs::Photographs;
+use crate::scene::photographs::{Photographs, SHEETS_PER_PHOTOGRAPH};
+use crate::scene::pose::sample_pose;
 use deepsft_formats::{fingerprint, template_fingerprint};
-use deepsft_geometry::Template;
-use deepsft_geometry::glam::DVec3;
+use deepsft_geometry::glam::{DQuat, DVec3};
+use deepsft_geometry::{Picture, Template};
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// Draws of shape and pose before the one that shows most is taken.
-const VIEW_TRIES: usize = 12;
+/// Probability that another sheet's art is made from a photograph, where there are any.
+const PHOTOGRAPH_ART_PROBABILITY: f64 = 0.4;
 
 /// Makes synthetic samples of one template.
 ///
@@ -37,7 +35,16 @@ const VIEW_TRIES: usize = 12;
 /// ```
 #[derive(Clone, Debug)]
 pub struct Synthesizer {
-    ingredients: Ingredients,
+    template: Template,
+    config: SynthConfig,
+    pub(super) texture: Texture,
+    /// Art of a sheet with nothing on it.
+    pub(super) blank: Arc<Texture>,
+    /// Vertices along a sheet's outline, in order; none of other templates.
+    pub(super) outline: Vec<usize>,
+    control_points: Option<ControlPointDeformation>,
+    /// The user's photographs, at least one.
+    photographs: Option<Arc<Photographs>>,
 }
 
 impl Synthesizer {
@@ -45,11 +52,21 @@ impl Synthesizer {
     /// a second).
     ///
     /// # Errors
-    /// [`SynthError::Setting`] or [`SynthError::DistortedCamera`] when the configuration is not valid.
+    /// [`SynthError::Setting`] or [`SynthError::Refused`] when the configuration is not valid.
     /// [`SynthError::Geometry`] for a mesh without an edge of positive length.
     pub fn new(template: &Template, config: SynthConfig) -> Result<Self, SynthError> {
+        config.check()?;
         Ok(Self {
-            ingredients: Ingredients::new(template, config)?,
+            texture: Texture::new(template.texture()),
+            blank: Arc::new(Texture::new(&Picture::from_fn(1, 1, |_, _| [255; 3]))),
+            outline: outline(template),
+            control_points: match template.is_sheet() {
+                true => None,
+                false => Some(ControlPointDeformation::new(template.mesh())?),
+            },
+            template: template.clone(),
+            config,
+            photographs: None,
         })
     }
 
@@ -63,7 +80,7 @@ impl Synthesizer {
     /// [`FormatError::Unusable`](deepsft_formats::FormatError::Unusable) names the file that cannot be read.
     pub fn with_photographs(mut self, files: Vec<PathBuf>) -> Result<Self, SynthError> {
         if !files.is_empty() {
-            self.ingredients.photographs = Some(Arc::new(Photographs::open(files)?));
+            self.photographs = Some(Arc::new(Photographs::open(files)?));
         }
         Ok(self)
     }
@@ -74,91 +91,80 @@ impl Synthesizer {
     /// # Errors
     /// [`FormatError::Unusable`](deepsft_formats::FormatError::Unusable) names the file that has gone or changed.
     pub fn check_photographs(&self) -> Result<(), SynthError> {
-        self.ingredients
-            .photographs
+        self.photographs
             .as_ref()
             .map_or(Ok(()), |photographs| photographs.check())
     }
 
     /// The template.
     pub fn template(&self) -> &Template {
-        &self.ingredients.template
+        &self.template
     }
 
     /// The configuration.
     pub fn config(&self) -> &SynthConfig {
-        &self.ingredients.config
-    }
-
-    /// As [`Ingredients::control_points`].
-    pub(crate) fn control_points(&self) -> Option<(&ControlPointDeformation, EdgeLengthChange)> {
-        self.ingredients.control_points()
+        &self.config
     }
 
     /// Differs when samples of the same seed and index would: the SHA-256 of configuration, template and photographs.
     pub fn fingerprint(&self) -> String {
-        let photographs: Vec<&str> = self
-            .ingredients
-            .photographs
-            .iter()
-            .flat_map(|all| all.hashes())
-            .collect();
+        let photographs: Vec<&str> = self.photographs.iter().flat_map(|all| all.hashes()).collect();
         fingerprint(&(self.config(), template_fingerprint(self.template()), photographs))
     }
 
-    /// Sample `index` of the data set `seed`: always the same for the same template, configuration, photographs,
-    /// seed and index.
-    pub fn sample(&self, seed: u64, index: u64) -> Sample {
-        let mut rng = generator(seed, index, Stream::Shape);
-        let noise_seed = rng.random();
-        if rng.random_bool(self.config().empty_probability) {
-            let scene =
-                Scene::without_template(&self.ingredients, &mut generator(seed, index, Stream::Scene), &mut rng);
-            return scene.compose_without_template(noise_seed);
-        }
-        let scene = self.scene(seed, index);
-        let mut best: Option<(usize, Vec<DVec3>, ProjectedMesh)> = None;
-        for _ in 0..VIEW_TRIES {
-            let vertices_camera = self.ingredients.sample_vertices(&mut rng);
-            let sheet = ProjectedMesh::new(self.template().mesh(), &vertices_camera, &self.config().camera);
-            let visible = scene.visible_area(&sheet);
-            if best.as_ref().is_none_or(|(most, ..)| visible > *most) {
-                best = Some((visible, vertices_camera, sheet));
-            }
-            if visible >= self.config().min_visible_px {
-                break;
-            }
-        }
-        match best {
-            Some((_, vertices, sheet)) => scene.compose(vertices, &sheet, noise_seed),
-            None => scene.compose_without_template(noise_seed),
-        }
+    /// How a template that is no sheet deforms, and the bounds that it keeps.
+    pub(crate) fn control_points(&self) -> Option<(&ControlPointDeformation, EdgeLengthChange)> {
+        let most = self.config.deformation.max_edge_change;
+        let most = if most.p95 > 0.0 { TOY_EDGE_CHANGE } else { most };
+        Some((self.control_points.as_ref()?, most))
     }
 
-    /// Draws all of sample `index` of the data set `seed` but the sheet's shape and pose. That is background, other sheets,
-    /// light, paper, occluders, camera effects. For sequences, in which only the sheet moves.
-    pub fn scene(&self, seed: u64, index: u64) -> Scene<'_> {
-        Scene::with_template(&self.ingredients, None, &mut generator(seed, index, Stream::Scene))
-    }
-
-    /// [`Synthesizer::scene`] under the light, on the paper and with the camera settings of `other`.
-    pub(crate) fn scene_like(&self, other: &Scene<'_>, seed: u64, index: u64) -> Scene<'_> {
-        let mut rng = generator(seed, index, Stream::Scene);
-        Scene::with_template(&self.ingredients, Some(other), &mut rng)
-    }
-
-    /// Renders the template with its vertices at `vertices_camera` (mm, camera frame), without disturbances. The paper is matt,
-    /// under even light from the camera, before mid grey; there are no occluders, and the camera is ideal.
-    ///
-    /// # Errors
-    /// [`SynthError::VertexCount`] when there are not as many vertices as the template's mesh has;
-    /// [`SynthError::Geometry`] when one is not finite.
-    pub fn render_clean(&self, vertices_camera: Vec<DVec3>) -> Result<Sample, SynthError> {
-        Scene::clean(&self.ingredients).render(vertices_camera, 0)
-    }
-
-    /// Draws the vertices of a random shape in a random pose, mm, camera frame.
+    /// Draws the vertices of a random shape in a random pose, mm, camera frame. Any side of a template that is no sheet may look at the
+    /// camera: it is turned about its upright axis first, then posed as a sheet is.
     pub fn sample_vertices(&self, rng: &mut Pcg64Mcg) -> Vec<DVec3> {
-        self.ingredients.sample_vertices(rng)
+        let vertices_template: Vec<DVec3> = match self.control_points() {
+            None => deform(&self.template, &self.config.deformation, rng),
+            Some((control_points, most)) => {
+                let vertices = control_points.deform(most, rng);
+                let turn = DQuat::from_rotation_y(rng.random_range(0.0..std::f64::consts::TAU));
+                vertices.into_iter().map(|p| turn * p).collect()
+            }
+        };
+        let pose = sample_pose(&self.config.camera, &vertices_template, &self.config.pose, rng);
+        let posed = vertices_template.into_iter().map(|p| pose.transform_point3(p));
+        posed.collect()
     }
+
+    /// One of the user's photographs, as often as backgrounds show one.
+    pub(crate) fn photograph(&self, rng: &mut Pcg64Mcg) -> Option<Arc<Texture>> {
+        let photographs = self.photographs.as_ref()?;
+        let is_shown = rng.random_bool(self.config.photograph_probability);
+        let number = is_shown.then(|| rng.random_range(0..photographs.count()))?;
+        Some(photographs.get(number)?.background)
+    }
+
+    /// Art of a sheet that is not the template.
+    pub(crate) fn other_art(&self, rng: &mut Pcg64Mcg) -> Arc<Texture> {
+        if let Some(photographs) = &self.photographs
+            && rng.random_bool(PHOTOGRAPH_ART_PROBABILITY)
+        {
+            let number = rng.random_range(0..SHEETS_PER_PHOTOGRAPH * photographs.count());
+            if let Some(photograph) = photographs.get(number / SHEETS_PER_PHOTOGRAPH) {
+                return photograph.sheets[number % SHEETS_PER_PHOTOGRAPH].clone();
+            }
+        }
+        any_artwork(rng)
+    }
+}
+
+/// The vertices around a sheet's grid, clockwise from the top left; none of another template.
+fn outline(template: &Template) -> Vec<usize> {
+    let Some((columns, rows)) = template.grid() else {
+        return Vec::new();
+    };
+    let top = 0..columns;
+    let right = (1..rows).map(|j| j * columns + columns - 1);
+    let bottom = (0..columns - 1).rev().map(|i| (rows - 1) * columns + i);
+    let left = (1..rows - 1).rev().map(|j| j * columns);
+    top.chain(right).chain(bottom).chain(left).collect()
 }

@@ -491,9 +491,7 @@ fn an_import_replaces_an_older_one_and_nothing_of_ones_own_and_ends_when_asked_t
     let ended = again.write(&folder.path().join("out"), || {
         asked += 1;
         if asked == 2 {
-            Err(SynthError::Sensor {
-                reason: "enough".to_owned(),
-            })
+            Err(SynthError::Refused("enough".to_owned()))
         } else {
             Ok(())
         }

@@ -81,7 +81,7 @@ fn a_size_of_many_digits_is_that_of_its_own_template_alone() {
 fn the_first_sample_that_is_an_error_leaves_no_data_set() {
     let above = tempfile::tempdir().unwrap();
     let place = above.path().join("set");
-    let samples = [Err(SynthError::DatasetPart)];
+    let samples = [Err(SynthError::Refused("none".to_owned()))];
     assert!(write_dataset(&place, &template(), Value::Null, 3, samples.into_iter()).is_err());
     assert_eq!(fs::read_dir(above.path()).unwrap().count(), 0);
 }

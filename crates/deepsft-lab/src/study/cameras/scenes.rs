@@ -1,6 +1,5 @@
 //! The same scenes through several cameras.
 
-use crate::progress::Progress;
 use anyhow::{Context, Result};
 use deepsft_formats::{decode_picture, encode_jpeg};
 use deepsft_geometry::glam::{DVec2, DVec3};
@@ -8,7 +7,6 @@ use deepsft_geometry::{Camera, CanonicalWarp, Picture, Template, training_camera
 use deepsft_synth::random::{Stream, generator};
 use deepsft_synth::{EffectsConfig, PoseConfig, Sample, SynthConfig, Synthesizer};
 use rand::{Rng, RngExt};
-use std::fmt;
 
 /// A phone's wide-angle camera, its lens left as it is: 92 degrees across in video of 1920 x 1080 pixels, drawn together by a sixth at the
 /// sides. Focal length and coefficients (OpenCV's) are our choice.
@@ -25,15 +23,8 @@ const FINENESS: f64 = 3.0;
 /// Places along each side of an image that say which rays it holds.
 const BORDER: usize = 64;
 
-/// One camera, held across or upright.
-pub struct NamedCamera {
-    pub name: &'static str,
-    pub is_upright: bool,
-    pub camera: Camera,
-}
-
-/// The training camera, the paper's three and the phone, each across, then each upright.
-pub fn cameras() -> Result<Vec<NamedCamera>> {
+/// The training camera, the paper's three and the phone, each across, then each upright, with their names.
+pub fn cameras() -> Result<Vec<(String, Camera)>> {
     let mut across = vec![("training", training_camera())];
     for name in ["kinect-v2", "realsense-d435", "gopro-hero3"] {
         across.push((name, Camera::preset(name).context("it is no preset")?));
@@ -42,55 +33,34 @@ pub fn cameras() -> Result<Vec<NamedCamera>> {
     let phone =
         Camera::pinhole((width, height), DVec2::new(fx, fy), DVec2::new(cx, cy))?.with_distortion(distortion)?;
     across.push(("wide-phone", phone));
-    let held = |is_upright| (across.iter()).map(move |(name, camera)| NamedCamera::held(name, *camera, is_upright));
-    Ok(held(false).chain(held(true)).collect())
-}
-
-impl fmt::Display for NamedCamera {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "{}, {}",
-            self.name,
-            if self.is_upright { "upright" } else { "across" }
-        )
-    }
-}
-
-impl NamedCamera {
-    fn held(name: &'static str, across: Camera, is_upright: bool) -> Self {
-        let upright = across.turned_anticlockwise();
-        Self {
-            name,
-            is_upright,
-            camera: if is_upright { upright } else { across },
-        }
-    }
+    let upright = across
+        .iter()
+        .map(|(name, camera)| (format!("{name}, upright"), camera.turned_anticlockwise()));
+    let named = across.iter().map(|(name, camera)| (format!("{name}, across"), *camera));
+    Ok(named.chain(upright).collect())
 }
 
 /// Scenes in which all cameras, which stand at one place and look the same way, see the whole sheet: rendered once through a wide, fine
 /// pinhole, from which each camera's image is resampled.
-pub struct Scenes {
+pub struct Scenes<'a> {
+    cameras: &'a [(String, Camera)],
     world: Synthesizer,
     /// Draws shapes and poses: what this one sees, all do.
     common: Synthesizer,
     seed: u64,
 }
 
-/// One scene.
 pub struct SharedScene {
     /// With its truth, in the wide image.
     pub world: Sample,
     index: u64,
 }
 
-impl Scenes {
-    pub fn new(template: &Template, cameras: &[NamedCamera], distance_mm: [f64; 2], seed: u64) -> Result<Self> {
-        let (mut widest, mut common) = (
-            [DVec2::INFINITY, DVec2::NEG_INFINITY],
-            [DVec2::NEG_INFINITY, DVec2::INFINITY],
-        );
-        for NamedCamera { camera, .. } in cameras {
+impl<'a> Scenes<'a> {
+    pub fn new(template: &Template, cameras: &'a [(String, Camera)], distance_mm: [f64; 2], seed: u64) -> Result<Self> {
+        let mut widest = [DVec2::INFINITY, DVec2::NEG_INFINITY];
+        let mut common = [DVec2::NEG_INFINITY, DVec2::INFINITY];
+        for (_, camera) in cameras {
             for k in 0..=BORDER {
                 let (size, at) = (camera.size().as_dvec2(), k as f64 / BORDER as f64);
                 let [left, right] = [0.0, size.x].map(|x| camera.ray_from_pixel(DVec2::new(x, size.y * at)));
@@ -146,41 +116,26 @@ impl Scenes {
             ..config
         };
         Ok(Self {
+            cameras,
             world: Synthesizer::new(template, world)?,
             common: Synthesizer::new(template, common)?,
             seed,
         })
     }
 
-    /// The first `count` scenes whose vertices (mm, camera frame) `counts` accepts, one after the other.
-    pub fn each(
-        &self,
-        count: u64,
-        counts: impl Fn(&[DVec3]) -> bool,
-        mut each: impl FnMut(&SharedScene) -> Result<()>,
-    ) -> Result<()> {
-        let mut progress = Progress::of(count, "scenes");
-        let mut number = 0;
-        for index in 0.. {
-            if number == count {
-                break;
-            }
-            let vertices = self
-                .common
-                .sample_vertices(&mut generator(self.seed, index, Stream::Shape));
-            if !counts(&vertices) {
-                continue;
+    /// The scenes that count, one after the other.
+    pub fn iter(&self) -> impl Iterator<Item = Result<SharedScene>> {
+        let scene = |index| -> Result<Option<SharedScene>> {
+            let mut random = generator(self.seed, index, Stream::Shape);
+            let vertices = self.common.sample_vertices(&mut random);
+            if !self.cameras.iter().all(|(_, camera)| holds(camera, &vertices)) {
+                return Ok(None);
             }
             let world = self.world.scene(self.seed, index).render(vertices, index)?;
             let least = self.world.config().min_visible_px as f64 * FINENESS * FINENESS;
-            if (world.truth.area() as f64) < least {
-                continue;
-            }
-            each(&SharedScene { world, index })?;
-            number += 1;
-            progress.step();
-        }
-        Ok(())
+            Ok((world.truth.area() as f64 >= least).then_some(SharedScene { world, index }))
+        };
+        (0..).filter_map(move |index| scene(index).transpose())
     }
 
     /// What `camera` makes of a scene: the wide image through its lens, with its own noise and compression, drawn from the ranges of the
@@ -207,7 +162,7 @@ impl Scenes {
 }
 
 /// Whether all of a mesh is inside a camera's image.
-pub fn holds(camera: &Camera, vertices: &[DVec3]) -> bool {
+fn holds(camera: &Camera, vertices: &[DVec3]) -> bool {
     let limit = camera.size().as_dvec2();
     let inside = |p: DVec2| p.cmpge(DVec2::ZERO).all() && p.cmple(limit).all();
     vertices.iter().all(|&p| camera.project(p).is_some_and(inside))

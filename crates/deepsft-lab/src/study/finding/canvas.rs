@@ -72,7 +72,6 @@ impl Shape {
         Self(PathBuilder::from_circle(centre.0, centre.1, radius))
     }
 
-    /// An upright ellipse.
     pub fn ellipse(centre: Point, radius_x: f32, radius_y: f32) -> Self {
         let at = |i: u8| {
             let (sin, cos) = (f32::from(i) / 16.0 * TAU).sin_cos();

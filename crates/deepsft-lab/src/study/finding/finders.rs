@@ -3,64 +3,41 @@
 use super::prints::Print;
 use crate::measuring::Stopwatch;
 use anyhow::Result;
-use deepsft::{DescriptorFinder, Estimator, Finder, FinderKind, SharedDescriptorNetwork, View};
+use deepsft::{DescriptorFinder, Estimator, Finder, SharedDescriptorNetwork, View};
 use deepsft_finding::FeatureFinder;
 use deepsft_geometry::Camera;
 use deepsft_geometry::fitting::Start;
 
-/// A way to find prints: a row of the table.
-pub enum Way {
-    /// Features of the print.
-    Features,
-    /// The network that describes any picture.
-    Descriptors(SharedDescriptorNetwork),
+/// The finders that are studied beside features, each a row of the table.
+pub struct Others {
     /// The network of a model, whose template is the only print.
-    Network(Box<Estimator>),
+    pub network: Option<Estimator>,
+    /// The network that describes any picture.
+    pub descriptors: Option<SharedDescriptorNetwork>,
 }
 
-/// What a finder found.
-pub struct Found {
-    /// Where it sees the print, for the canonical camera; `None` when it did not find it.
-    pub start: Option<Start>,
-    /// Processor time on one thread: what does not depend on the print, and the rest.
-    pub features_ms: f64,
-    pub find_ms: f64,
+impl Others {
+    /// Features of `print`, and what else finds it.
+    pub fn finders(&self, Print { template, .. }: &Print) -> Result<Vec<Finder>> {
+        let mut finders = vec![Finder::Features(Box::new(FeatureFinder::new(template.clone())?))];
+        finders.extend(self.network.clone().map(Box::new).map(Finder::Network));
+        if let Some(network) = &self.descriptors {
+            finders.push(Finder::Descriptors(Box::new(DescriptorFinder::new(network, template)?)));
+        }
+        Ok(finders)
+    }
 }
 
-impl Way {
-    pub fn kind(&self) -> FinderKind {
-        match self {
-            Self::Features => FinderKind::Features,
-            Self::Descriptors(_) => FinderKind::Descriptors,
-            Self::Network(_) => FinderKind::Network,
-        }
+/// Where a finder sees the print, for the canonical camera, and its processor time on one thread (ms): for what does not depend on the
+/// print, and for the rest.
+pub fn find(finder: &mut Finder, mut view: View<'_>, canonical: &Camera) -> Result<(Option<Start>, [f64; 2])> {
+    let start = Stopwatch::start();
+    match finder {
+        Finder::Network(_) => drop(view.canonical(canonical)?),
+        _ => drop(view.features()?),
     }
-
-    /// What finds `print` in this way.
-    pub fn finder(&self, print: &Print) -> Result<Finder> {
-        Ok(match self {
-            Self::Features => Finder::Features(Box::new(FeatureFinder::new(print.template.clone())?)),
-            Self::Descriptors(network) => {
-                Finder::Descriptors(Box::new(DescriptorFinder::new(network, &print.template)?))
-            }
-            Self::Network(network) => Finder::Network(network.clone()),
-        })
-    }
-
-    /// Looks with `finder`, which is of this way.
-    pub fn find(&self, finder: &mut Finder, mut view: View<'_>, canonical: &Camera) -> Result<Found> {
-        let start = Stopwatch::start();
-        match self {
-            Self::Network(_) => drop(view.canonical(canonical)?),
-            _ => drop(view.features()?),
-        }
-        let features_ms = start.ms();
-        let start = Stopwatch::start();
-        let found = pollster::block_on(finder.find(&mut view, canonical))?;
-        Ok(Found {
-            start: found.map(|(start, _)| start),
-            features_ms,
-            find_ms: start.ms(),
-        })
-    }
+    let features_ms = start.ms();
+    let start = Stopwatch::start();
+    let found = pollster::block_on(finder.find(&mut view, canonical))?;
+    Ok((found.map(|(start, _)| start), [features_ms, start.ms()]))
 }

@@ -1,15 +1,16 @@
 //! One print with all finders: every frame is searched by each, fitted from what each found, and compared with the truth.
 
-use super::finders::Way;
+use super::finders::{Others, find};
 use super::prints::{Kind, Print};
 use crate::measuring::{Stopwatch, median};
+use crate::study::frames::{frames_config, within_deviations};
 use anyhow::Result;
 use deepsft::{Finder, View};
 use deepsft_geometry::fitting::{FrameFitter, Start};
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::raster::VisibleSurface;
-use deepsft_geometry::{Camera, CanonicalWarp, Maps, Picture, Surface, Verdict, metrics, training_camera};
-use deepsft_synth::{SynthConfig, Synthesizer, canonical_truth};
+use deepsft_geometry::{Camera, CanonicalWarp, Maps, Picture, Verdict, metrics, training_camera};
+use deepsft_synth::{Synthesizer, canonical_truth};
 use serde::Serialize;
 
 /// Bars of the table: median registration errors, pixels of the canonical image.
@@ -51,7 +52,6 @@ impl Attempt {
     }
 }
 
-/// One frame.
 #[derive(Serialize)]
 pub struct FrameResult {
     pub print: usize,
@@ -87,7 +87,7 @@ impl FrameResult {
 pub struct Studied<'a> {
     print: &'a Print,
     number: usize,
-    finders: Vec<(&'a Way, Finder)>,
+    finders: Vec<Finder>,
     shown: Synthesizer,
     another: Synthesizer,
     camera: Camera,
@@ -97,24 +97,20 @@ pub struct Studied<'a> {
 
 impl<'a> Studied<'a> {
     /// Print `number` of `prints`; the next of its kind stands in its place where it is absent.
-    pub fn new(prints: &'a [Print], number: usize, ways: &'a [Way]) -> Result<Self> {
+    pub fn new(prints: &'a [Print], number: usize, others: &Others) -> Result<Self> {
         let print = &prints[number];
         let same = |k: &usize| prints[*k].kind == print.kind;
         let next = (1..prints.len()).map(|k| (number + k) % prints.len());
-        let other = next
-            .clone()
-            .find(same)
-            .or_else(|| next.clone().next())
-            .unwrap_or(number);
-        let (camera, config) = frames_config()?;
-        let finders = ways.iter().map(|way| Ok((way, way.finder(print)?)));
+        let other = next.clone().find(same).or(next.clone().next()).unwrap_or(number);
+        let mut config = frames_config()?;
+        config.min_visible_px *= 4;
         Ok(Self {
             print,
             number,
-            finders: finders.collect::<Result<_>>()?,
+            finders: others.finders(print)?,
+            camera: config.camera,
             shown: Synthesizer::new(&print.template, config.clone())?,
             another: Synthesizer::new(&prints[other].template, config)?,
-            camera,
             canonical: training_camera(),
             fitter: FrameFitter::new(&print.template)?,
         })
@@ -149,19 +145,19 @@ impl<'a> Studied<'a> {
     fn attempts(&mut self, image: &Picture, truth: Option<(&Maps, &[DVec3])>) -> Result<Vec<Attempt>> {
         let canonical = CanonicalWarp::new(&self.camera, &self.canonical).apply(image)?;
         let mut attempts = Vec::new();
-        for (way, finder) in &mut self.finders {
-            let found = way.find(finder, View::new(image, &self.camera), &self.canonical)?;
+        for finder in &mut self.finders {
+            let (found, [features_ms, find_ms]) = find(finder, View::new(image, &self.camera), &self.canonical)?;
             let mesh = self.print.template.mesh();
             let error = |maps: &Maps| error_px(maps, truth?.0, self.print, &self.canonical);
-            let start_px = found.start.as_ref().and_then(|start| match start {
+            let start_px = found.as_ref().and_then(|start| match start {
                 Start::Maps(maps) => error(maps),
                 Start::Mesh(vertices) => error(&VisibleSurface::new(mesh, vertices, &self.canonical).maps()),
             });
             let stopwatch = Stopwatch::start();
-            let fit = match &found.start {
-                Some(start) => self.fitter.fit(&canonical, &self.canonical, start)?,
-                None => None,
-            };
+            let fit = found
+                .as_ref()
+                .map(|start| self.fitter.fit(&canonical, &self.canonical, start));
+            let fit = fit.transpose()?.flatten();
             let fit = fit.map(|surface| self.fitter.fit_close_ups(image, &self.camera, surface));
             let fit = fit.transpose()?;
             let fit_ms = stopwatch.ms();
@@ -172,20 +168,22 @@ impl<'a> Studied<'a> {
             let vertices = fit.as_ref().zip(truth);
             let verdict = fit.as_ref().map_or_else(Verdict::default, |surface| surface.verdict);
             attempts.push(Attempt {
-                finder: way.kind().name(),
-                started: found.start.is_some(),
+                finder: finder.kind().name(),
+                started: found.is_some(),
                 start_px,
                 fitted_px: maps.as_ref().and_then(error),
                 points_rmse_mm: points.transpose()?.and_then(|metrics| metrics.points_rmse_mm),
                 vertices_rmse_mm: vertices.and_then(|(fit, (_, truth))| distance_rmse(&fit.vertices_camera, truth)),
-                within_deviations: vertices.and_then(|(fit, (_, truth))| within_deviations(fit, truth)),
+                within_deviations: vertices
+                    .filter(|(fit, _)| fit.is_shape_determined())
+                    .map(|(fit, (_, truth))| within_deviations(fit, truth)),
                 is_found: verdict.is_found(),
                 ambiguity: verdict.ambiguity,
                 correlation: verdict.correlation,
                 explained: verdict.explained,
                 confirmed_px: verdict.confirmed_px,
-                features_ms: found.features_ms,
-                find_ms: found.find_ms,
+                features_ms,
+                find_ms,
                 fit_ms,
             });
         }
@@ -193,35 +191,10 @@ impl<'a> Studied<'a> {
     }
 }
 
-/// The camera of the frames, and how they are made.
-fn frames_config() -> Result<(Camera, SynthConfig)> {
-    let canonical = training_camera();
-    let camera = canonical.resized((2 * canonical.size().width, 2 * canonical.size().height))?;
-    let default = SynthConfig::default();
-    let config = SynthConfig {
-        camera,
-        empty_probability: 0.0,
-        min_visible_px: 4 * default.min_visible_px,
-        ..default
-    };
-    Ok((camera, config))
-}
-
 /// Root mean square distance of two lists of points; `None` of nothing.
 fn distance_rmse(points: &[DVec3], truth: &[DVec3]) -> Option<f64> {
     let squares = points.iter().zip(truth).map(|(a, b)| Some(a.distance_squared(*b)));
     metrics::Summary::of(squares).map(|squares| squares.mean.sqrt())
-}
-
-/// Fractions of the vertices within one and two standard deviations; `None` where the image does not determine the shape.
-fn within_deviations(surface: &Surface, truth: &[DVec3]) -> Option<[f64; 2]> {
-    let ways = surface.vertices_camera.iter().zip(truth).map(|(a, b)| a.distance(*b));
-    let multiples: Vec<_> = ways
-        .zip(&surface.deviations)
-        .map(|(way, deviation)| way / f64::from(*deviation))
-        .collect();
-    let within = |most: f64| multiples.iter().filter(|multiple| **multiple < most).count() as f64 / truth.len() as f64;
-    surface.is_shape_determined().then(|| [within(1.0), within(2.0)])
 }
 
 /// Median distance of a registration from the true one over the visible sheet, pixels; `None` when most of it has none.

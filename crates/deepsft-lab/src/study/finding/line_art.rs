@@ -11,7 +11,6 @@ use rand::RngExt;
 const LONG_SIDE_MM: f32 = 297.0;
 const PIXELS_PER_MM: f32 = 3.0;
 
-/// A painter of line art.
 type Painter = fn(&mut Sheet, &mut Dice);
 
 /// A drawing and what it shows. `number` chooses the kind, the dice everything else.
@@ -68,10 +67,9 @@ impl Sheet {
     }
 
     fn place(&self, margin: f32, dice: &mut Dice) -> Point {
-        (
-            uniform(dice, margin, self.width - margin),
-            uniform(dice, margin, self.height - margin),
-        )
+        [self.width, self.height]
+            .map(|side| uniform(dice, margin, side - margin))
+            .into()
     }
 
     /// A word of letter-like strokes; its end.
@@ -79,14 +77,10 @@ impl Sheet {
         for _ in 0..letters {
             let width = size * uniform(dice, 0.4, 0.8);
             for _ in 0..dice.random_range(2..4) {
-                let mut end = || {
-                    (
-                        x + width * dice.random_range(0..3) as f32 / 2.0,
-                        y + size * dice.random_range(0..3) as f32 / 2.0,
-                    )
-                };
-                let (a, b) = (end(), end());
-                self.canvas.stroke(&Shape::line(&[a, b]), self.ink, size * 0.13);
+                let mut halves = |side: f32| side * dice.random_range(0..3) as f32 / 2.0;
+                let mut end = || (x + halves(width), y + halves(size));
+                let ends = [end(), end()];
+                self.canvas.stroke(&Shape::line(&ends), self.ink, size * 0.13);
             }
             x += width + size * 0.3;
         }
@@ -225,10 +219,7 @@ fn diagram(sheet: &mut Sheet, dice: &mut Dice) {
         }
     }
     for _ in 0..boxes.len() * 3 / 2 {
-        let (from, to) = (
-            boxes[dice.random_range(0..boxes.len())],
-            boxes[dice.random_range(0..boxes.len())],
-        );
+        let [from, to] = [0; 2].map(|_| boxes[dice.random_range(0..boxes.len())]);
         if dice.random_bool(0.5) {
             sheet.line(&[from, (to.0, from.1), to], 0.7);
         } else {
@@ -275,27 +266,16 @@ fn branch(sheet: &mut Sheet, from: Point, angle: f32, length: f32, depth: u32, d
     sheet.curve(&[from, middle, end], 0.35 * depth as f32);
     for _ in 0..2 {
         let side = if dice.random_bool(0.5) { 1.0 } else { -1.0 };
-        leaf(
-            sheet,
-            middle,
-            angle + side * uniform(dice, 0.5, 1.3),
-            uniform(dice, 6.0, 18.0),
-            dice,
-        );
+        let turn = side * uniform(dice, 0.5, 1.3);
+        leaf(sheet, middle, angle + turn, uniform(dice, 6.0, 18.0), dice);
     }
     if depth == 0 {
         return;
     }
     for _ in 0..dice.random_range(1..4) {
         let turn = uniform(dice, -0.9, 0.9);
-        branch(
-            sheet,
-            end,
-            angle + turn,
-            length * uniform(dice, 0.6, 0.9),
-            depth - 1,
-            dice,
-        );
+        let shorter = length * uniform(dice, 0.6, 0.9);
+        branch(sheet, end, angle + turn, shorter, depth - 1, dice);
     }
 }
 

@@ -68,7 +68,6 @@ impl fmt::Display for Kind {
     }
 }
 
-/// A print.
 pub struct Print {
     pub kind: Kind,
     /// What it shows.
@@ -88,7 +87,6 @@ impl Print {
     }
 }
 
-/// Prints of `counts`.
 pub fn prints(counts: &[(Kind, usize)], seed: u64) -> Result<Vec<Print>> {
     let wanted: Vec<(Kind, usize)> = (counts.iter())
         .flat_map(|&(kind, count)| (0..count).map(move |number| (kind, number)))
@@ -103,15 +101,12 @@ pub fn prints(counts: &[(Kind, usize)], seed: u64) -> Result<Vec<Print>> {
 /// The print of a model and another one to stand in its place.
 pub fn prints_of_model(template: &Template, seed: u64) -> Result<Vec<Print>> {
     let mut prints = prints(&[(Kind::Graphic, 1)], seed)?;
-    let template = template.clone();
-    prints.insert(
-        0,
-        Print {
-            kind: Kind::OfModel,
-            subject: "a model's template",
-            template,
-        },
-    );
+    let of_model = Print {
+        kind: Kind::OfModel,
+        subject: "a model's template",
+        template: template.clone(),
+    };
+    prints.insert(0, of_model);
     Ok(prints)
 }
 

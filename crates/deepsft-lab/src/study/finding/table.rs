@@ -18,24 +18,24 @@ pub fn print(results: &[FrameResult]) {
     println!("prints          finder       frames   start  fitted   found   right     off   false");
     println!("                                    < {START_PX} px  < {FITTED_PX} px                          finds");
     let main = |kind: Kind| !matches!(kind, Kind::Repetitive | Kind::OfModel);
-    for &finder in &finders {
-        for &kind in Kind::value_variants().iter().chain(&[Kind::OfModel]) {
-            row(kind.name(), finder, results.iter().filter(|r| r.kind == kind));
+    let each_group = |row: fn(&str, &str, &[&FrameResult])| {
+        for &finder in &finders {
+            for &kind in Kind::value_variants().iter().chain(&[Kind::OfModel]) {
+                let of_kind: Vec<_> = results.iter().filter(|r| r.kind == kind).collect();
+                row(kind.name(), finder, &of_kind);
+            }
+            let first: Vec<_> = results.iter().filter(|r| main(r.kind)).collect();
+            row("the first three", finder, &first);
         }
-        row("the first three", finder, results.iter().filter(|r| main(r.kind)));
-    }
+    };
+    each_group(row);
     println!("Percent of the frames that show the print; false finds: of those that show another.");
     println!(
         "found: the image confirms enough of the visible print; right: and it is within {FITTED_PX} px; off: and it is not."
     );
     println!();
     println!("right sheets, median and 95th percentile    registration, px    visible points, mm    vertices, mm");
-    for &finder in &finders {
-        for &kind in Kind::value_variants().iter().chain(&[Kind::OfModel]) {
-            errors(kind.name(), finder, results.iter().filter(|r| r.kind == kind));
-        }
-        errors("the first three", finder, results.iter().filter(|r| main(r.kind)));
-    }
+    each_group(errors);
     println!();
     println!("found sheets                  shape determined, %    vertices within 1 and 2 stated deviations, %");
     for &finder in &finders {
@@ -71,8 +71,9 @@ pub fn print(results: &[FrameResult]) {
 }
 
 /// Prints the errors of what is found and right.
-fn errors<'a>(prints: &str, finder: &str, results: impl Iterator<Item = &'a FrameResult>) {
-    let attempts = results.filter(|r| r.shown).filter_map(|r| attempt_of(r, finder));
+fn errors(prints: &str, finder: &str, results: &[&FrameResult]) {
+    let shown = results.iter().filter(|r| r.shown);
+    let attempts = shown.filter_map(|r| attempt_of(r, finder));
     let right: Vec<_> = attempts.filter(|a| a.is_found && a.is_fitted()).collect();
     let errors: [fn(&Attempt) -> Option<f64>; 3] = [|a| a.fitted_px, |a| a.points_rmse_mm, |a| a.vertices_rmse_mm];
     let spreads = errors.map(|error| Spread::of(right.iter().filter_map(|a| error(a))));
@@ -90,7 +91,7 @@ fn attempt_of<'a>(result: &'a FrameResult, finder: &str) -> Option<&'a Attempt> 
     result.attempts.iter().find(|attempt| attempt.finder == finder)
 }
 
-fn row<'a>(prints: &str, finder: &str, results: impl Iterator<Item = &'a FrameResult>) {
+fn row(prints: &str, finder: &str, results: &[&FrameResult]) {
     let (mut shown, mut absent) = (Vec::new(), Vec::new());
     for result in results {
         let attempts = if result.shown { &mut shown } else { &mut absent };

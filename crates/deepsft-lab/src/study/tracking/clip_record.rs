@@ -24,7 +24,6 @@ const MIN_STILL: usize = 10;
 /// Step for the speed of vertices, frames.
 const SPEED_STEP: f64 = 0.25;
 
-/// A frame.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct FrameRecord {
     pub frame: usize,
@@ -63,7 +62,6 @@ impl FrameRecord {
 pub enum Cause {
     /// The clip began.
     Start,
-    /// A cut.
     Cut,
     /// The sheet came back into view.
     Return,
@@ -89,7 +87,6 @@ pub struct Loss {
 pub enum Ending {
     /// The track came back within the network's next answer.
     WithinNextAnswer,
-    /// Later than that.
     Later,
     /// Not at all, although an answer came.
     Never,
@@ -167,7 +164,7 @@ pub fn waiting(losses: &[Loss], frames: usize) -> Vec<bool> {
 }
 
 /// Tracked meshes of a clip, `None` where the sheet was not found, against what was rendered.
-pub struct Motion<'a> {
+pub struct Clip<'a> {
     pub story: &'a ClipStory<'a>,
     pub template: &'a Template,
     pub camera: &'a Camera,
@@ -175,7 +172,7 @@ pub struct Motion<'a> {
     pub meshes: &'a [Option<Vec<DVec3>>],
 }
 
-impl Motion<'_> {
+impl Clip<'_> {
     /// Frames by which the track trails the sheet: the shift in time that explains the differences in the image best
     /// (least squares over seen vertices, to first order in the shift). Over the frames for which `counts` is true;
     /// `None` when nothing moves there.
@@ -295,7 +292,7 @@ mod tests {
         fn with_motion<T>(
             event: ClipEvent,
             mesh: impl Fn(&ClipStory<'_>, usize) -> Vec<DVec3>,
-            ask: impl Fn(&Motion<'_>) -> T,
+            ask: impl Fn(&Clip<'_>) -> T,
         ) -> T {
             let art = Picture::from_fn(30, 20, |x, y| [(8 * x) as u8, (12 * y) as u8, 90]);
             let template = Template::thin_shell(art, 297.0, 210.0).unwrap();
@@ -310,7 +307,7 @@ mod tests {
                 .map(|k| synthesizer.render_clean(story.vertices_camera(k as f64)).unwrap().truth)
                 .collect();
             let meshes: Vec<_> = (0..24).map(|k| Some(mesh(&story, k))).collect();
-            ask(&Motion {
+            ask(&Clip {
                 story: &story,
                 template: &template,
                 camera: &camera,

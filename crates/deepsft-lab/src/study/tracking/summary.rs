@@ -32,7 +32,6 @@ impl ClipRecord {
     }
 }
 
-/// The figures over some clips.
 #[derive(Serialize)]
 pub struct Summary {
     pub clips: usize,
@@ -70,7 +69,6 @@ pub struct Recoveries {
     pub unanswered: usize,
 }
 
-/// Milliseconds.
 #[derive(Serialize)]
 pub struct Times {
     pub follow: Option<Spread>,
@@ -129,7 +127,6 @@ impl Summary {
         }
     }
 
-    /// By what happens in the clips.
     pub fn by_event(clips: &[ClipRecord]) -> BTreeMap<&'static str, Self> {
         let of = |event: ClipEvent| clips.iter().filter(move |clip| clip.event == event.name());
         ClipEvent::ALL
@@ -140,7 +137,6 @@ impl Summary {
             .collect()
     }
 
-    /// All recoveries together.
     pub fn all_recoveries(&self) -> Recoveries {
         let sum = |count: fn(&Recoveries) -> usize| self.recoveries.values().map(count).sum();
         Recoveries {

@@ -1,6 +1,7 @@
 //! What covers parts of the sheet: hands, things, and the paper's discs; where each sits, and laid into an image.
 
-use crate::render::value_noise::ValueNoise;
+use crate::deform::centroid;
+use crate::render::ValueNoise;
 use crate::scene::occluder::body::{ImageOccluder, Part};
 use deepsft_geometry::Camera;
 use deepsft_geometry::glam::{DVec3, Vec2};
@@ -38,7 +39,7 @@ pub(crate) struct Occluder {
     /// Displacement in mm, softness in mm and strength of its shadow.
     pub(super) shadow: (Vec2, f32, f32),
     /// Discs have their size in pixels, all else in mm.
-    pub(super) in_pixels: bool,
+    pub(crate) in_pixels: bool,
 }
 
 /// A sheet as occluders see it: vertices of its outline in order, all vertices, the camera.
@@ -58,17 +59,12 @@ impl SheetInImage<'_> {
     }
 
     fn centre(&self) -> Vec2 {
-        let mean = self.vertices_camera.iter().sum::<DVec3>() / self.vertices_camera.len().max(1) as f64;
-        self.camera.project(mean).map_or(Vec2::ZERO, |p| p.as_vec2())
+        let mean = self.camera.project(centroid(self.vertices_camera));
+        mean.map_or(Vec2::ZERO, |p| p.as_vec2())
     }
 }
 
 impl Occluder {
-    /// Whether it is a body, with a size in mm, and none of the paper's discs.
-    pub(crate) fn is_body(&self) -> bool {
-        !self.in_pixels
-    }
-
     /// Lays the occluder into the image of `sheet`; `None` when its anchor is behind the camera.
     pub(crate) fn place(&self, sheet: &SheetInImage<'_>) -> Option<ImageOccluder> {
         let (origin, axis, scale) = match self.anchor {

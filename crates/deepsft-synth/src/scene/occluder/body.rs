@@ -1,10 +1,7 @@
 //! The parts that occluders are made of, laid into the image: what they cover, and how they, their surfaces and their
 //! shadows are painted.
 
-use crate::render::figure::Figure;
-use crate::render::frame::Frame;
-use crate::render::shading::Lighting;
-use crate::render::value_noise::ValueNoise;
+use crate::render::{Figure, Frame, Lighting, ValueNoise};
 use deepsft_geometry::glam::{Vec2, Vec3};
 use deepsft_geometry::{Camera, Maps};
 
@@ -39,8 +36,10 @@ impl Part {
 
 /// An occluder's parts laid into the image: figures in pixels.
 pub(crate) struct ImageOccluder {
-    pub(super) behind: Vec<Part>,
-    pub(super) front: Vec<Part>,
+    /// What the sheet hides.
+    pub(crate) behind: Vec<Part>,
+    pub(crate) front: Vec<Part>,
+    /// Pixels per mm.
     pub(super) scale: f32,
     /// Displacement in pixels, softness in pixels and strength of its shadow.
     pub(super) shadow: (Vec2, f32, f32),
@@ -48,37 +47,11 @@ pub(crate) struct ImageOccluder {
 }
 
 impl ImageOccluder {
-    /// Parts in pixels before everything, without a shadow, drawn for bodies of `scale` pixels per mm.
-    pub(crate) fn in_front(front: Vec<Part>, scale: f32, noise: ValueNoise) -> Self {
-        Self {
-            behind: Vec::new(),
-            front,
-            scale,
-            shadow: (Vec2::ZERO, 1.0, 0.0),
-            noise,
-        }
-    }
-
-    /// Row-major pixels whose centre the front parts cover.
-    pub(crate) fn covered_pixels(&self, frame: &Frame) -> Vec<usize> {
-        covered_by(&self.front, frame)
-    }
-
-    /// Row-major pixels whose centre the parts behind the sheet cover.
-    pub(crate) fn covered_behind(&self, frame: &Frame) -> Vec<usize> {
-        covered_by(&self.behind, frame)
-    }
-
-    /// Paints what is behind the sheet.
-    pub(crate) fn paint_behind(&self, frame: &mut Frame, light: &Lighting, camera: &Camera) {
-        self.paint(&self.behind, frame, light, camera);
-    }
-
     /// Paints the shadow and what is before the sheet, and takes the covered pixels out of the truth.
     pub(crate) fn paint_front(&self, frame: &mut Frame, truth: &mut Maps, light: &Lighting, camera: &Camera) {
         self.paint_shadow(frame);
         self.paint(&self.front, frame, light, camera);
-        for pixel in self.covered_pixels(frame) {
+        for pixel in covered_by(&self.front, frame) {
             truth.clear(pixel);
         }
     }
@@ -112,7 +85,8 @@ impl ImageOccluder {
         }
     }
 
-    fn paint(&self, parts: &[Part], frame: &mut Frame, light: &Lighting, camera: &Camera) {
+    /// Paints some of its parts.
+    pub(crate) fn paint(&self, parts: &[Part], frame: &mut Frame, light: &Lighting, camera: &Camera) {
         let (focal, principal) = (camera.focal().as_vec2(), camera.principal_point().as_vec2());
         for part in parts {
             let figure = &part.figure;
@@ -146,7 +120,7 @@ impl ImageOccluder {
 }
 
 /// Row-major pixels whose centre some parts cover.
-fn covered_by(parts: &[Part], frame: &Frame) -> Vec<usize> {
+pub(crate) fn covered_by(parts: &[Part], frame: &Frame) -> Vec<usize> {
     let mut pixels = Vec::new();
     for part in parts {
         let (columns, rows) = frame.window(part.figure.bounds());

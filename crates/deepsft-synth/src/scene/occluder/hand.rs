@@ -1,7 +1,7 @@
 //! Hands that hold a sheet or point at it, made of rounded parts.
 
 use crate::random::uniform;
-use crate::render::figure::Figure;
+use crate::render::Figure;
 use crate::scene::occluder::body::{Part, Surface};
 use deepsft_geometry::glam::{Vec2, Vec3};
 use rand::{Rng, RngExt};
@@ -28,11 +28,7 @@ const BENT_FINGER: f32 = 18.0;
 pub(crate) fn skin_color<R: Rng + ?Sized>(rng: &mut R) -> Vec3 {
     let place = rng.random_range(0.0..(SKIN.len() - 1) as f32);
     let tone = SKIN[place as usize].lerp(SKIN[place as usize + 1], place.fract());
-    tone * Vec3::new(
-        uniform(rng, [0.9, 1.1]),
-        uniform(rng, [0.92, 1.08]),
-        uniform(rng, [0.85, 1.15]),
-    )
+    tone * Vec3::from([[0.9, 1.1], [0.92, 1.08], [0.85, 1.15]].map(|range| uniform(rng, range)))
 }
 
 /// The parts of a hand at the edge of a sheet, behind the sheet and before it: the edge is at x = 0, the sheet beyond it

@@ -8,6 +8,6 @@ mod sampling;
 
 pub use anchored::OccluderKind;
 pub(crate) use anchored::{Occluder, SheetInImage};
-pub(crate) use body::ImageOccluder;
+pub(crate) use body::{ImageOccluder, covered_by};
 pub(crate) use passing_arm::PassingArm;
 pub(crate) use sampling::sample_occluders;

@@ -1,9 +1,7 @@
 //! A forearm that passes before the sheet in a clip, from one side of the view to the other.
 
 use crate::random::uniform;
-use crate::render::color::any_color;
-use crate::render::figure::Figure;
-use crate::render::value_noise::ValueNoise;
+use crate::render::{Figure, ValueNoise, any_color};
 use crate::scene::occluder::body::{ImageOccluder, Part, Surface};
 use crate::scene::occluder::hand::skin_color;
 use deepsft_geometry::Camera;
@@ -67,7 +65,12 @@ impl PassingArm {
         let [sleeve, skin] = self.parts.clone();
         let arm = Figure::Capsule([fist, elbow], [self.wrist_mm * scale, self.elbow_mm * scale]);
         let fist = Figure::disc(fist, self.fist_mm * scale);
-        let parts = vec![Part::new(arm, sleeve), Part::new(fist, skin)];
-        ImageOccluder::in_front(parts, scale, self.noise)
+        ImageOccluder {
+            behind: Vec::new(),
+            front: vec![Part::new(arm, sleeve), Part::new(fist, skin)],
+            scale,
+            shadow: (Vec2::ZERO, 1.0, 0.0),
+            noise: self.noise,
+        }
     }
 }

@@ -1,9 +1,7 @@
 //! Random occluders of a scene.
 
 use crate::random::{draw_or, uniform, unit_vector};
-use crate::render::color::any_color;
-use crate::render::figure::Figure;
-use crate::render::value_noise::ValueNoise;
+use crate::render::{Figure, ValueNoise, any_color};
 use crate::scene::background::color_jitter;
 use crate::scene::occluder::anchored::{Anchor, Occluder, OccluderKind};
 use crate::scene::occluder::body::{Part, Surface};
@@ -60,11 +58,14 @@ pub(crate) fn sample_occluders<R: Rng + ?Sized>(probability: f64, kind: Occluder
 /// A hand at `place` of the outline.
 fn hand<R: Rng + ?Sized>(place: f32, skin: Vec3, sleeve: Vec3, rng: &mut R) -> Occluder {
     let (behind, front) = sample_hand(skin, sleeve, rng);
+    let turn = uniform(rng, [-0.7, 0.7]);
+    body(Anchor::Outline { fraction: place, turn }, behind, front, rng)
+}
+
+/// Something with a size in mm that throws a shadow.
+fn body<R: Rng + ?Sized>(anchor: Anchor, behind: Vec<Part>, front: Vec<Part>, rng: &mut R) -> Occluder {
     Occluder {
-        anchor: Anchor::Outline {
-            fraction: place,
-            turn: uniform(rng, [-0.7, 0.7]),
-        },
+        anchor,
         behind,
         front,
         noise: ValueNoise::new(rng),
@@ -76,27 +77,18 @@ fn hand<R: Rng + ?Sized>(place: f32, skin: Vec3, sleeve: Vec3, rng: &mut R) -> O
 /// A shadow's displacement and softness in mm and its strength, often none.
 fn shadow<R: Rng + ?Sized>(rng: &mut R) -> (Vec2, f32, f32) {
     let strength = draw_or(rng, 0.7, 0.0, |rng| uniform(rng, [0.15, 0.65]));
-    (
-        unit_vector(rng) * uniform(rng, [2.0, 18.0]),
-        uniform(rng, [2.0, 14.0]),
-        strength,
-    )
+    let shift = unit_vector(rng) * uniform(rng, [2.0, 18.0]);
+    (shift, uniform(rng, [2.0, 14.0]), strength)
 }
 
 /// A flat or rounded thing before the sheet.
 fn thing<R: Rng + ?Sized>(rng: &mut R) -> Occluder {
     let size = uniform(rng, [8.0, 55.0]);
     let (a, b) = (any_color(rng), any_color(rng));
-    let long = size * uniform(rng, [1.0, 3.0]);
+    let half = Vec2::new(size * uniform(rng, [1.0, 3.0]), size) * 0.6;
     let (figure, surface) = match rng.random_range(0..4) {
-        0 => (
-            Figure::Ellipse(Vec2::ZERO, Vec2::X, Vec2::new(long, size) * 0.6),
-            Surface::Cloth(a),
-        ),
-        1 => (
-            Figure::Rectangle(Vec2::ZERO, Vec2::X, Vec2::new(long, size) * 0.6),
-            Surface::Flat(a, b),
-        ),
+        0 => (Figure::Ellipse(Vec2::ZERO, Vec2::X, half), Surface::Cloth(a)),
+        1 => (Figure::Rectangle(Vec2::ZERO, Vec2::X, half), Surface::Flat(a, b)),
         2 => {
             // A pen or stick.
             let ends = [Vec2::ZERO, Vec2::new(uniform(rng, [60.0, 160.0]), 0.0)];
@@ -110,17 +102,11 @@ fn thing<R: Rng + ?Sized>(rng: &mut R) -> Occluder {
             (Figure::Polygon(outline.collect()), Surface::Flat(a, b))
         }
     };
-    Occluder {
-        anchor: Anchor::Inside {
-            fraction: rng.random(),
-            direction: unit_vector(rng),
-        },
-        behind: Vec::new(),
-        front: vec![Part::new(figure, surface)],
-        noise: ValueNoise::new(rng),
-        shadow: shadow(rng),
-        in_pixels: false,
-    }
+    let anchor = Anchor::Inside {
+        fraction: rng.random(),
+        direction: unit_vector(rng),
+    };
+    body(anchor, Vec::new(), vec![Part::new(figure, surface)], rng)
 }
 
 /// A disc that matches no background: its colour is jittered as theirs is.
@@ -154,9 +140,9 @@ fn disc<R: Rng + ?Sized>(color: Vec3, radius_px: f32, anchor: Anchor, rng: &mut 
 mod tests {
     use super::*;
     use crate::random::{Stream, generator};
-    use crate::render::frame::Frame;
-    use crate::render::shading::Lighting;
+    use crate::render::{Frame, Lighting};
     use crate::scene::occluder::anchored::SheetInImage;
+    use crate::scene::occluder::body::covered_by;
     use deepsft_geometry::{Maps, training_camera};
 
     #[test]
@@ -185,7 +171,7 @@ mod tests {
                 placed.paint_front(&mut frame, &mut truth, &Lighting::frontal(), &camera);
                 // Pixels that are covered whole: their centre is half a diagonal or more inside.
                 let figure = &placed.front[0].figure;
-                let covered = placed.covered_pixels(&frame);
+                let covered = covered_by(&placed.front, &frame);
                 let mut whole = covered
                     .into_iter()
                     .filter(|&p| figure.distance(frame.centre(p)) < -0.71);

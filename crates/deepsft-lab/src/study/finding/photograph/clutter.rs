@@ -1,7 +1,7 @@
 //! Heaps of leaves, flowers and pebbles: thousands of shaded things, each with its shadow, from the lowest to the highest.
 
 use super::exposure::{Exposure, natural_color, smooth_step};
-use crate::study::finding::dice::{Dice, uniform};
+use crate::study::finding::dice::{Dice, uniform, uniform_in};
 use deepsft_geometry::glam::{Vec2, Vec3};
 use deepsft_synth::painting::ValueNoise;
 use rand::RngExt;
@@ -50,16 +50,11 @@ fn heap(exposure: &mut Exposure, pieces: &[Piece], shadow: Vec2, light: impl Fn(
 fn colors(dice: &mut Dice, base: [Vec3; 2]) -> impl Fn(&mut Dice) -> Vec3 + use<> {
     let spread = uniform(dice, 0.1, 0.5);
     move |dice| {
-        let vary = Vec3::new(
-            uniform(dice, -1.0, 1.0),
-            uniform(dice, -1.0, 1.0),
-            uniform(dice, -1.0, 1.0),
-        );
+        let vary = uniform_in(dice, [[-1.0, 1.0]; 3]);
         base[dice.random_range(0..2)] * (1.0 + spread * vary) * uniform(dice, 0.6, 1.2)
     }
 }
 
-/// Soil under everything.
 fn soil(exposure: &mut Exposure, dice: &mut Dice) {
     let (noise, dark) = (ValueNoise::new(dice), natural_color(dice, [0.02, 0.1]));
     for row in 0..exposure.height {
@@ -75,11 +70,7 @@ fn soil(exposure: &mut Exposure, dice: &mut Dice) {
 pub(super) fn leaves(exposure: &mut Exposure, dice: &mut Dice) {
     soil(exposure, dice);
     let size = exposure.size();
-    let green = Vec3::new(
-        uniform(dice, 0.05, 0.35),
-        uniform(dice, 0.15, 0.4),
-        uniform(dice, 0.02, 0.1),
-    );
+    let green = uniform_in(dice, [[0.05, 0.35], [0.15, 0.4], [0.02, 0.1]]);
     let other = if dice.random_bool(0.5) {
         natural_color(dice, [0.1, 0.4])
     } else {
@@ -123,10 +114,8 @@ pub(super) fn leaves(exposure: &mut Exposure, dice: &mut Dice) {
         }
     }
     let (noise, bend) = (ValueNoise::new(dice), uniform(dice, -0.5, 0.5));
-    let (veins, shadow) = (
-        uniform(dice, 4.0, 12.0),
-        Vec2::new(uniform(dice, -6.0, 6.0), uniform(dice, 2.0, 9.0)),
-    );
+    let veins = uniform(dice, 4.0, 12.0);
+    let shadow = Vec2::new(uniform(dice, -6.0, 6.0), uniform(dice, 2.0, 9.0));
     heap(exposure, &pieces, shadow, |p, at, piece| {
         let p = Vec2::new(p.x, p.y + bend * (p.x * p.x - 0.3));
         let edge = (1.0 - p.x * p.x).max(0.0).powf(0.7);
@@ -163,12 +152,7 @@ pub(super) fn pebbles(exposure: &mut Exposure, dice: &mut Dice) {
         })
         .collect();
     let noise = ValueNoise::new(dice);
-    let sun = Vec3::new(
-        uniform(dice, -1.0, 1.0),
-        uniform(dice, -1.0, 1.0),
-        uniform(dice, 0.5, 1.2),
-    )
-    .normalize();
+    let sun = uniform_in(dice, [[-1.0, 1.0], [-1.0, 1.0], [0.5, 1.2]]).normalize();
     let (bands, shine) = (uniform(dice, 0.0, 0.7), uniform(dice, 0.0, 0.5));
     let shadow = Vec2::new(-sun.x, -sun.y) * uniform(dice, 3.0, 9.0);
     heap(exposure, &pieces, shadow, |p, at, piece| {

@@ -1,7 +1,7 @@
 //! Land and cities under a sky: height fields drawn column by column from near to far.
 
 use super::exposure::{Exposure, natural_color, of_cell, smooth_step};
-use crate::study::finding::dice::{Dice, uniform};
+use crate::study::finding::dice::{Dice, uniform, uniform_in};
 use deepsft_geometry::glam::{Vec2, Vec3};
 use deepsft_synth::painting::ValueNoise;
 use rand::RngExt;
@@ -83,11 +83,7 @@ struct Sky {
 impl Sky {
     fn new(dice: &mut Dice) -> Self {
         let evening = dice.random_bool(0.3);
-        let sun = Vec3::new(
-            uniform(dice, -1.0, 1.0),
-            uniform(dice, 0.25, 1.0),
-            uniform(dice, -0.9, 0.5),
-        );
+        let sun = uniform_in(dice, [[-1.0, 1.0], [0.25, 1.0], [-0.9, 0.5]]);
         let warm = if evening {
             Vec3::new(1.0, 0.6, 0.35)
         } else {
@@ -110,10 +106,8 @@ impl Sky {
         let plane = Vec2::new(ray.x / up, 1.0 / up);
         let thick = smooth_step(-0.25, 0.5, self.cloud.fractal(plane * 0.9, 8) + self.clouds);
         let lit = 0.55 + 0.6 * (self.cloud.fractal(plane * 0.9 + 0.12, 8) + 0.3).clamp(0.0, 1.0);
-        color.lerp(
-            Vec3::splat(lit) * self.sunlight.lerp(Vec3::ONE, 0.5),
-            thick * (up * 8.0).min(1.0),
-        )
+        let cloud = Vec3::splat(lit) * self.sunlight.lerp(Vec3::ONE, 0.5);
+        color.lerp(cloud, thick * (up * 8.0).min(1.0))
     }
 
     fn hazed(&self, color: Vec3, distance: f32, sight: f32) -> Vec3 {
@@ -150,11 +144,7 @@ pub(super) fn landscape(exposure: &mut Exposure, dice: &mut Dice) {
         far: 6000.0,
     };
     let (rock, soil) = (natural_color(dice, [0.15, 0.4]), natural_color(dice, [0.1, 0.3]));
-    let grass = Vec3::new(
-        uniform(dice, 0.08, 0.3),
-        uniform(dice, 0.15, 0.3),
-        uniform(dice, 0.03, 0.08),
-    );
+    let grass = uniform_in(dice, [[0.08, 0.3], [0.15, 0.3], [0.03, 0.08]]);
     let leaf = grass * Vec3::new(0.35, 0.5, 0.5);
     let snow_line = uniform(dice, 0.2, 1.4) * tall;
     let sight = uniform(dice, 1500.0, 9000.0);
@@ -210,13 +200,9 @@ pub(super) fn city(exposure: &mut Exposure, dice: &mut Dice) {
         let clutter = if of_cell(lot * 7.0, salt + 5) > 0.85 { 1.5 } else { 0.0 };
         house(lot).map_or(0.0, |h| h + clutter)
     };
-    let eye = Vec3::new(
-        uniform(dice, -900.0, 900.0),
-        tall * uniform(dice, 1.2, 3.0),
-        uniform(dice, -900.0, 900.0),
-    );
+    let eye = uniform_in(dice, [[-900.0, 900.0], [1.2, 3.0], [-900.0, 900.0]]);
     let view = View {
-        eye,
+        eye: eye.with_y(tall * eye.y),
         focal: size.max_element() * uniform(dice, 0.7, 1.4),
         horizon_row: size.y * uniform(dice, 0.05, 0.35),
         near: 10.0,
@@ -257,11 +243,8 @@ pub(super) fn city(exposure: &mut Exposure, dice: &mut Dice) {
         });
         let direct = if shaded { 0.0 } else { normal.dot(sky.sun).max(0.0) };
         let open = 0.35 + 0.65 * (hit.point.y / tall).clamp(0.0, 1.0);
-        sky.hazed(
-            color * stains * (sky.sunlight * direct + sky.horizon * 0.45 * open),
-            hit.distance,
-            sight,
-        )
+        let lit = sky.sunlight * direct + sky.horizon * 0.45 * open;
+        sky.hazed(color * stains * lit, hit.distance, sight)
     };
     draw(exposure, &view, [0.25, 0.0016], height, light, |ray| sky.at(ray));
 }

@@ -1,11 +1,10 @@
 //! Balls and boxes of stone, wood and cloth on a table, ray-cast with soft shadows.
 
 use super::exposure::{Exposure, SolidNoise, natural_color, smooth_step};
-use crate::study::finding::dice::{Dice, uniform};
+use crate::study::finding::dice::{Dice, uniform, uniform_in};
 use deepsft_geometry::glam::{Vec2, Vec3};
 use rand::RngExt;
 
-/// Shadow rays per pixel.
 const SHADOW_RAYS: usize = 4;
 
 #[derive(Clone, Copy)]
@@ -104,17 +103,9 @@ pub(super) fn still_life(exposure: &mut Exposure, dice: &mut Dice) {
     let forward = (Vec3::new(0.0, uniform(dice, 0.0, 0.5), 0.5) - eye).normalize();
     let right = Vec3::Y.cross(forward).normalize();
     let up = forward.cross(right);
-    let sun = Vec3::new(
-        uniform(dice, -1.0, 1.0),
-        uniform(dice, 0.5, 1.3),
-        uniform(dice, -1.0, 0.3),
-    )
-    .normalize();
-    let (soft, sunlight, ambient) = (
-        uniform(dice, 0.02, 0.25),
-        uniform(dice, 0.6, 1.6),
-        uniform(dice, 0.15, 0.5),
-    );
+    let sun = uniform_in(dice, [[-1.0, 1.0], [0.5, 1.3], [-1.0, 0.3]]).normalize();
+    let (soft, sunlight) = (uniform(dice, 0.02, 0.25), uniform(dice, 0.6, 1.6));
+    let ambient = uniform(dice, 0.15, 0.5);
     let room = [natural_color(dice, [0.05, 0.4]), natural_color(dice, [0.05, 0.4])];
     let focal = exposure.size().max_element() * uniform(dice, 0.9, 1.5);
     let nearest = |from: Vec3, along: Vec3| {
@@ -129,11 +120,8 @@ pub(super) fn still_life(exposure: &mut Exposure, dice: &mut Dice) {
             let on_table = (ground, Vec3::Y, &table);
             let found = nearest(eye, ray).filter(|(d, ..)| *d < ground || ray.y >= 0.0);
             let Some((distance, normal, thing)) = found.or((ray.y < 0.0 && ground < 40.0).then_some(on_table)) else {
-                let back = room[0].lerp(
-                    room[1],
-                    smooth_step(-0.1, 0.4, ray.y + 0.3 * noise.fractal(ray * 3.0, 3)),
-                );
-                exposure.set(column, row, back, 6.0);
+                let mix = smooth_step(-0.1, 0.4, ray.y + 0.3 * noise.fractal(ray * 3.0, 3));
+                exposure.set(column, row, room[0].lerp(room[1], mix), 6.0);
                 continue;
             };
             let point = eye + ray * distance;
@@ -141,12 +129,9 @@ pub(super) fn still_life(exposure: &mut Exposure, dice: &mut Dice) {
             for _ in 0..SHADOW_RAYS {
                 let spread = Vec3::new(uniform(dice, -1.0, 1.0), 0.0, uniform(dice, -1.0, 1.0)) * soft;
                 let towards = (sun + spread).normalize();
-                let free = !things.iter().any(|t| t.hit(point + normal * 2e-3, towards).is_some());
-                direct += if free {
-                    normal.dot(towards).max(0.0) / SHADOW_RAYS as f32
-                } else {
-                    0.0
-                };
+                if !things.iter().any(|t| t.hit(point + normal * 2e-3, towards).is_some()) {
+                    direct += normal.dot(towards).max(0.0) / SHADOW_RAYS as f32;
+                }
             }
             let mirrored = ray - normal * (2.0 * ray.dot(normal));
             let gloss = thing.shine * mirrored.dot(sun).max(0.0).powi(40) * direct.min(1.0) * 2.0;
