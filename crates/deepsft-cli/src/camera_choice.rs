@@ -126,52 +126,37 @@ mod tests {
         let file = read(Path::new("kinect-v2")).unwrap();
         assert_eq!((file.focal().x, file.size()), (1057.8, (1920, 1080).into()));
         let exif = Camera::pinhole((1920, 1080), DVec2::splat(1500.0), DVec2::new(960.0, 540.0)).unwrap();
-        let path = Path::new("kinect-v2");
-        assert_eq!(
-            camera_of(&image, 0, Some((&file, path)), Some(exif)).unwrap(),
-            (file, "file")
-        );
-        assert_eq!(camera_of(&image, 0, None, Some(exif)).unwrap(), (exif, "exif"));
-        let assumed = camera_of(&image, 0, None, None).unwrap();
+        let given = Some((&file, Path::new("kinect-v2")));
+        let of = |given, exif| camera_of(&image, 0, given, exif).unwrap();
+        assert_eq!(of(given, Some(exif)), (file, "file"));
+        assert_eq!(of(None, Some(exif)), (exif, "exif"));
+        let assumed = of(None, None);
         assert_eq!((assumed.0.focal().x, assumed.1), (0.79 * 1920.0, "assumed"));
-        assert!(
-            format!("{:#}", read(Path::new("kinect-v3")).unwrap_err())
-                .contains("kinect-v3: there is no such file: check the path, or name one of kinect-v2")
-        );
+        let error = read(Path::new("kinect-v3")).unwrap_err().to_string();
+        assert!(error.contains("kinect-v3: there is no such file: check the path, or name one of kinect-v2"));
     }
 
     #[test]
     fn a_camera_serves_images_of_its_aspect_ratio_and_is_turned_with_them() {
         let camera = Camera::pinhole((1920, 1080), DVec2::new(1400.0, 1410.0), DVec2::new(950.0, 545.0)).unwrap();
-        let of = |size: (usize, usize), quarters| {
-            let image = Picture::from_fn(size.0, size.1, |_, _| [0; 3]);
+        let of = |(width, height), quarters| {
+            let image = Picture::from_fn(width, height, |_, _| [0; 3]);
             camera_for(&image, quarters, &camera)
-                .map(|(camera, source)| (camera.focal(), camera.principal_point(), source))
         };
-        let is = |focal: [f64; 2], centre: [f64; 2], source| (focal.into(), centre.into(), source);
-        assert_eq!(
-            of((1920, 1080), 0).unwrap(),
-            is([1400.0, 1410.0], [950.0, 545.0], "file")
-        );
-        assert_eq!(
-            of((960, 540), 0).unwrap(),
-            is([700.0, 705.0], [475.0, 272.5], "file, resized")
-        );
-        // Of the first row becomes the last column, the last row, the first column.
-        assert_eq!(
-            of((1080, 1920), 1).unwrap(),
-            is([1410.0, 1400.0], [535.0, 950.0], "file, turned")
-        );
-        assert_eq!(
-            of((1920, 1080), 2).unwrap(),
-            is([1400.0, 1410.0], [970.0, 535.0], "file, turned")
-        );
-        assert_eq!(
-            of((540, 960), 3).unwrap(),
-            is([705.0, 700.0], [272.5, 485.0], "file, turned")
-        );
+        for (size, quarters, focal, centre, source) in [
+            ((1920, 1080), 0, [1400.0, 1410.0], [950.0, 545.0], "file"),
+            ((960, 540), 0, [700.0, 705.0], [475.0, 272.5], "file, resized"),
+            // Of the first row becomes the last column, the last row, the first column.
+            ((1080, 1920), 1, [1410.0, 1400.0], [535.0, 950.0], "file, turned"),
+            ((1920, 1080), 2, [1400.0, 1410.0], [970.0, 535.0], "file, turned"),
+            ((540, 960), 3, [705.0, 700.0], [272.5, 485.0], "file, turned"),
+        ] {
+            let (camera, told) = of(size, quarters).unwrap();
+            let found = (camera.focal().to_array(), camera.principal_point().to_array(), told);
+            assert_eq!(found, (focal, centre, source));
+        }
         // Nobody has said which way.
-        assert_eq!(of((1080, 1920), 0).unwrap().2, "file, turned");
+        assert_eq!(of((1080, 1920), 0).unwrap().1, "file, turned");
         let error = of((1080, 1080), 0).unwrap_err();
         assert_eq!(
             error.to_string(),

@@ -4,7 +4,7 @@ use crate::interruption::{self, Interrupted};
 use deepsft_formats::{FormatError, read_error};
 use deepsft_synth::SynthError;
 use deepsft_train::TrainError;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::ExitCode;
 use thiserror::Error;
 
@@ -16,14 +16,6 @@ const USAGE: u8 = 2;
 
 /// Exit code when an input is missing, corrupt or unfit.
 const INVALID_INPUT: u8 = 3;
-
-/// Marks an error as the fault of an input. The cause comes after it in the chain.
-#[derive(Debug, Error)]
-#[error("cannot use {what} {}", path.display())]
-struct InvalidInput {
-    what: &'static str,
-    path: PathBuf,
-}
 
 /// Marks an error as a contradiction on the command line that the parser cannot see.
 #[derive(Debug, Error)]
@@ -43,12 +35,7 @@ pub trait BlameInput<T> {
 
 impl<T, E: Into<anyhow::Error>> BlameInput<T> for Result<T, E> {
     fn blame(self, what: &'static str, path: &Path) -> anyhow::Result<T> {
-        self.map_err(|error| {
-            worded(error.into(), path).context(InvalidInput {
-                what,
-                path: path.to_path_buf(),
-            })
-        })
+        self.map_err(|error| FormatError::unusable(what, path, message(&worded(error.into(), path))).into())
     }
 }
 
@@ -95,17 +82,12 @@ pub fn message(error: &anyhow::Error) -> String {
 
 /// Whether a library lays the error at the door of an input.
 fn is_unusable(error: &(dyn std::error::Error + 'static)) -> bool {
-    let format = error.downcast_ref().or_else(|| match error.downcast_ref()? {
-        SynthError::Format(format) => Some(format),
-        _ => None,
-    });
-    if let Some(TrainError::Checkpoint { .. } | TrainError::From { .. }) = error.downcast_ref() {
-        return true;
-    }
-    let format = format.or_else(|| match error.downcast_ref()? {
-        TrainError::Format(format) | TrainError::Synth(SynthError::Format(format)) => Some(format),
-        _ => None,
-    });
+    let format = match (error.downcast_ref(), error.downcast_ref()) {
+        (Some(TrainError::Checkpoint { .. } | TrainError::From { .. }), _) => return true,
+        (Some(TrainError::Format(format) | TrainError::Synth(SynthError::Format(format))), _) => Some(format),
+        (_, Some(SynthError::Format(format))) => Some(format),
+        _ => error.downcast_ref(),
+    };
     matches!(format, Some(FormatError::Unusable { .. }))
 }
 
@@ -114,7 +96,7 @@ fn code(error: &anyhow::Error) -> u8 {
         *code
     } else if error.is::<Usage>() {
         USAGE
-    } else if error.is::<InvalidInput>() || error.chain().any(is_unusable) {
+    } else if error.chain().any(is_unusable) {
         INVALID_INPUT
     } else if error.is::<Interrupted>() {
         interruption::EXIT_CODE

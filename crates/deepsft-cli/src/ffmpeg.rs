@@ -1,12 +1,12 @@
 //! The program ffmpeg decoding a video, and what ffprobe tells of one.
 
 use anyhow::{Context, Result, bail};
-use serde::Deserialize;
+use serde_json::Value;
 use std::ffi::OsString;
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdout, Command, Stdio};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::sync::mpsc::{Sender, channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
@@ -52,29 +52,14 @@ struct Said {
     last_s: f64,
 }
 
-/// The time of each frame as the container has it, seconds, in the frames' order.
-pub struct Times(Option<Receiver<Option<f64>>>);
-
-impl Times {
-    /// The time of the next frame, if the container has one.
-    pub fn next(&mut self) -> Option<f64> {
-        match self.0.as_ref()?.recv_timeout(PATIENCE) {
-            Ok(time) => time,
-            Err(RecvTimeoutError::Disconnected | RecvTimeoutError::Timeout) => {
-                self.0 = None;
-                None
-            }
-        }
-    }
-}
-
 impl Ffmpeg {
-    /// Starts decoding; the frames are upright, or else as the camera's sensor has them.
-    pub fn start(path: &Path, contents: Contents, upright: bool) -> Result<(Self, Times)> {
-        let mut command = Command::new("ffmpeg");
-        // Ctrl-C is for us: ffmpeg ends when nobody reads it any more.
-        #[cfg(unix)]
-        std::os::unix::process::CommandExt::process_group(&mut command, 0);
+    /// Starts decoding; the frames are upright, or else as the camera's sensor has them. What is returned with it gives the time of each
+    /// frame as the container has it, seconds, in the frames' order.
+    pub fn start(
+        path: &Path,
+        contents: Contents,
+        upright: bool,
+    ) -> Result<(Self, impl FnMut() -> Option<f64> + use<>)> {
         let colors = match contents.high_range() {
             None => AS_IT_IS,
             Some(_) if has_filters(&["zscale", "tonemap"]) => TO_ORDINARY_RANGE,
@@ -87,13 +72,11 @@ impl Ffmpeg {
                 AS_IT_IS
             }
         };
-        command.args(["-nostdin", "-nostats", "-v", "level+info"]);
-        if !upright {
-            command.arg("-noautorotate");
-        }
+        let mut command = decoding(path, upright, "level+info");
+        // Ctrl-C is for us: ffmpeg ends when nobody reads it any more.
+        #[cfg(unix)]
+        std::os::unix::process::CommandExt::process_group(&mut command, 0);
         let started = command
-            .arg("-i")
-            .arg(address(path))
             // A picture of the cover is no video; nor are tracks of sound and data.
             .args(["-map", "0:V:0", "-vf", &format!("{colors},{TOLD_AND_COUNTED}")])
             .args(["-r", "25", "-pix_fmt", "yuv444p", "-f", "yuv4mpegpipe", "-"])
@@ -124,7 +107,15 @@ impl Ffmpeg {
             output: BufReader::new(output),
             said: Some(std::thread::spawn(move || Said::read(BufReader::new(errors), &told))),
         };
-        Ok((decoder, Times(Some(times))))
+        let mut times = Some(times);
+        let next_time = move || {
+            let time = times.as_ref()?.recv_timeout(PATIENCE);
+            if time.is_err() {
+                times = None;
+            }
+            time.ok()?
+        };
+        Ok((decoder, next_time))
     }
 }
 
@@ -214,80 +205,53 @@ impl Drop for Ffmpeg {
     }
 }
 
-/// What a video's file says that is in it; nothing where ffprobe does not tell.
-#[derive(Default, Deserialize)]
-#[serde(default)]
-pub struct Contents {
-    streams: Vec<Stream>,
-    format: Container,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(default)]
-struct Stream {
-    nb_frames: String,
-    duration: String,
-    avg_frame_rate: String,
-    color_transfer: String,
-    side_data_list: Vec<SideData>,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(default)]
-struct Container {
-    format_name: String,
-    duration: String,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(default)]
-struct SideData {
-    /// Degrees, anticlockwise.
-    rotation: Option<f64>,
-}
+/// What ffprobe tells of a video's file; nothing where it does not.
+pub struct Contents(Value);
 
 impl Contents {
     /// Asks ffprobe.
     pub fn of(path: &Path) -> Self {
         let entries = "stream=nb_frames,duration,avg_frame_rate,color_transfer:stream_side_data=rotation:format=format_name,duration";
         let told = Command::new("ffprobe")
-            .args([
-                "-v",
-                "quiet",
-                "-select_streams",
-                "V:0",
-                "-of",
-                "json",
-                "-show_entries",
-                entries,
-            ])
+            .args(["-v", "quiet", "-select_streams", "V:0"])
+            .args(["-of", "json", "-show_entries", entries])
             .arg(address(path))
             .output();
-        told.ok()
-            .and_then(|told| serde_json::from_slice(&told.stdout).ok())
-            .unwrap_or_default()
+        let told = told.ok().and_then(|told| serde_json::from_slice(&told.stdout).ok());
+        Self(told.unwrap_or_default())
+    }
+
+    /// What it says of the video; nothing is empty.
+    fn stream(&self, field: &str) -> &str {
+        self.0["streams"][0][field].as_str().unwrap_or_default()
+    }
+
+    /// As [`Contents::stream`], of the file.
+    fn container(&self, field: &str) -> &str {
+        self.0["format"][field].as_str().unwrap_or_default()
     }
 
     /// Whether it is known to have no video, as a recording of sound.
     pub fn lack_a_video(&self) -> bool {
-        self.streams.is_empty() && !self.format.format_name.is_empty()
+        self.0["streams"][0].is_null() && !self.container("format_name").is_empty()
     }
 
     /// Frames per second, on average.
     pub fn frames_per_s(&self) -> Option<f64> {
-        fraction(&self.streams.first()?.avg_frame_rate).filter(|rate| *rate > 0.0)
+        fraction(self.stream("avg_frame_rate")).filter(|rate| *rate > 0.0)
     }
 
     /// By how many quarters clockwise its frames are turned to be upright.
     pub fn quarters(&self) -> usize {
-        let turns = self.streams.iter().flat_map(|stream| &stream.side_data_list);
-        let degrees = turns.filter_map(|turn| turn.rotation).next().unwrap_or(0.0);
+        let turns = self.0["streams"][0]["side_data_list"].as_array().into_iter().flatten();
+        // Anticlockwise.
+        let degrees = turns.filter_map(|turn| turn["rotation"].as_f64()).next().unwrap_or(0.0);
         (-degrees / 90.0).round().rem_euclid(4.0) as usize
     }
 
     /// The name of its high dynamic range, if it has one.
     fn high_range(&self) -> Option<&'static str> {
-        match self.streams.first()?.color_transfer.as_str() {
+        match self.stream("color_transfer") {
             "arib-std-b67" => Some("HLG"),
             "smpte2084" => Some("PQ"),
             _ => None,
@@ -295,7 +259,7 @@ impl Contents {
     }
 
     fn frames(&self) -> Option<u64> {
-        self.streams.first()?.nb_frames.parse().ok()
+        self.stream("nb_frames").parse().ok()
     }
 
     /// Whether what ffmpeg decoded is all of it: as many frames as the file announces, or frames up to its end. Of a file that announces neither
@@ -304,18 +268,12 @@ impl Contents {
         if self.frames().is_some_and(|all| said.frames >= all) {
             return true;
         }
-        let reader = format!("[{} @", self.format.format_name);
-        let durations = self
-            .streams
-            .iter()
-            .map(|stream| &stream.duration)
-            .chain([&self.format.duration]);
-        let told_s: Option<f64> = durations.filter_map(|seconds| seconds.parse().ok()).next();
+        let reader = format!("[{} @", self.container("format_name"));
+        let durations = [self.stream("duration"), self.container("duration")];
+        let told_s: Option<f64> = durations.into_iter().find_map(|seconds| seconds.parse().ok());
         // Of some files that were cut the duration is that of what is left, and only the number of frames is the old one.
-        let counted_s = self
-            .frames()
-            .zip(self.frames_per_s())
-            .map(|(all, rate)| all as f64 / rate);
+        let rates = self.frames().zip(self.frames_per_s());
+        let counted_s = rates.map(|(all, rate)| all as f64 / rate);
         let duration_s = told_s.into_iter().chain(counted_s).fold(0.0, f64::max);
         // The last frame is shown for about as long as others.
         let end_s = said.last_s + 1.5 * duration_s / said.frames.max(1) as f64;
@@ -334,8 +292,17 @@ fn has_filters(names: &[&str]) -> bool {
     })
 }
 
+/// The program ffmpeg as it decodes a file, upright or not, and says what has this `level`; what becomes of the frames is still to be said.
+pub fn decoding(path: &Path, upright: bool, level: &str) -> Command {
+    let mut command = Command::new("ffmpeg");
+    command.args(["-nostdin", "-nostats", "-v", level]);
+    command.args((!upright).then_some("-noautorotate"));
+    command.arg("-i").arg(address(path));
+    command
+}
+
 /// A file's name as ffmpeg takes it: with the protocol before it, none is taken for an option or an address.
-pub fn address(path: &Path) -> OsString {
+fn address(path: &Path) -> OsString {
     let mut address = OsString::from("file:");
     address.push(path);
     address

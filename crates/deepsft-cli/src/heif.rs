@@ -1,11 +1,10 @@
 //! Photographs that the program ffmpeg reads: HEIC and AVIF.
 
-use crate::ffmpeg::{Contents, address};
+use crate::ffmpeg::{Contents, decoding};
 use anyhow::{Result, bail};
 use deepsft::{MAX_PICTURE_SIDE_PX, decode_picture};
 use deepsft_geometry::Picture;
 use std::path::Path;
-use std::process::Command;
 
 /// What to do with a file that cannot be read.
 const ADVICE: &str = "export it as JPEG (on an iPhone: Settings, Camera, Formats, Most Compatible)";
@@ -31,32 +30,13 @@ pub fn read(path: &Path, bytes: &[u8], upright: bool) -> Result<Option<(Picture,
             "a size of {width} x {height} pixels is too large: make it smaller, a side has at most {MAX_PICTURE_SIDE_PX} pixels"
         );
     }
-    let mut command = Command::new("ffmpeg");
-    command.args(["-nostdin", "-v", "error"]);
-    if !upright {
-        command.arg("-noautorotate");
-    }
     // Which stream is for ffmpeg to choose: newer ones put tiles together then.
-    let decoded = command
-        .arg("-i")
-        .arg(address(path))
-        .args([
-            "-frames:v",
-            "1",
-            "-pix_fmt",
-            "rgb24",
-            "-c:v",
-            "png",
-            "-f",
-            "image2pipe",
-            "-",
-        ])
-        .output();
-    let decoded = match decoded {
-        Ok(decoded) => decoded,
-        Err(_) => bail!(
+    let mut command = decoding(path, upright, "error");
+    command.args(["-frames:v", "1", "-pix_fmt", "rgb24"]);
+    let Ok(decoded) = command.args(["-c:v", "png", "-f", "image2pipe", "-"]).output() else {
+        bail!(
             "it is HEIC or AVIF, which the program ffmpeg reads, and that is not on the PATH: install it, or {ADVICE}"
-        ),
+        );
     };
     let Ok(picture) = decode_picture(&decoded.stdout) else {
         let said = String::from_utf8_lossy(&decoded.stderr);

@@ -4,7 +4,7 @@ use crate::failure::BlameInput;
 use crate::heif;
 use crate::progress;
 use anyhow::{Result, bail};
-use deepsft::{DeviceDescription, DeviceKind, Estimator, MODEL_FILE, ModelBundle, decode_picture, start_device};
+use deepsft::{DeviceDescription, DeviceKind, Estimator, MODEL_FILE, ModelBundle, start_device};
 use deepsft_formats::read_error;
 use deepsft_geometry::{Camera, Picture};
 use deepsft_synth::DatasetFolder;
@@ -12,19 +12,27 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 
-/// How many files that were passed over are named.
+/// How many files are named of those that are passed over.
 const NAMED: usize = 8;
+
+/// The bytes of a file that is a `what`, its picture, turned upright or as the sensor has it, and by how many quarters
+/// clockwise that was turned.
+fn decoded(what: &'static str, path: &Path, upright: bool) -> Result<(Vec<u8>, Picture, usize)> {
+    let read = || -> Result<_> {
+        let bytes = fs::read(path)?;
+        let (picture, quarters) = match heif::read(path, &bytes, upright)? {
+            Some(read) => read,
+            None if upright => deepsft_formats::decode_photograph(&bytes)?,
+            None => (deepsft_formats::decode_as_stored(&bytes)?, 0),
+        };
+        Ok((bytes, picture, quarters))
+    };
+    read().blame(what, path)
+}
 
 /// Reads a picture's file.
 pub fn picture(path: &Path) -> Result<Picture> {
-    let read = || -> Result<Picture> {
-        let bytes = fs::read(path)?;
-        match heif::read(path, &bytes, true)? {
-            Some((picture, _)) => Ok(picture),
-            None => Ok(decode_picture(&bytes)?),
-        }
-    };
-    read().blame("image", path)
+    Ok(decoded("image", path, true)?.1)
 }
 
 /// Whether a file is a picture, by its name: also one that ffmpeg reads.
@@ -38,33 +46,32 @@ pub fn is_picture(path: &Path) -> bool {
 
 /// The pictures of a folder that is a `what`, by name. Other files in it are named.
 pub fn pictures_in(folder: &Path, what: &'static str) -> Result<Vec<PathBuf>> {
-    let known = deepsft_formats::pictures_in(folder, what);
-    let files = fs::read_dir(folder)
-        .into_iter()
-        .flatten()
-        .flatten()
-        .map(|entry| entry.path());
-    let mut files: Vec<_> = files.filter(|path| path.is_file()).collect();
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut files: Vec<_> = entries
+        .map(|entry| entry.path())
+        .filter(|path| path.is_file())
+        .collect();
     files.sort();
     let (pictures, others): (Vec<_>, Vec<_>) = files.into_iter().partition(|path| is_picture(path));
     if pictures.is_empty() {
         // It says why.
-        return Ok(known?);
+        return Ok(deepsft_formats::pictures_in(folder, what)?);
     }
     if !others.is_empty() {
         let names = others
             .iter()
-            .take(NAMED)
-            .map(|path| path.file_name().unwrap_or_default().to_string_lossy());
-        let more = if others.len() > NAMED { ", ..." } else { "" };
-        let list = names.collect::<Vec<_>>().join(", ");
-        eprintln!(
-            "note: {} other files in {} are passed over: {list}{more}",
-            others.len(),
-            folder.display()
-        );
+            .map(|path| Path::new(path.file_name().unwrap_or_default()));
+        let (count, folder, names) = (others.len(), folder.display(), listed(names));
+        eprintln!("note: {count} other files in {folder} are passed over: {names}");
     }
     Ok(pictures)
+}
+
+/// The first of some paths, for people.
+pub fn listed<'a>(paths: impl ExactSizeIterator<Item = &'a Path>) -> String {
+    let more = if paths.len() > NAMED { ", ..." } else { "" };
+    let names = paths.take(NAMED).map(|path| path.to_string_lossy().into_owned());
+    names.collect::<Vec<_>>().join(", ") + more
 }
 
 /// A photograph and what its file tells of the camera.
@@ -79,32 +86,17 @@ pub struct Photograph {
 
 /// Reads a photograph.
 pub fn photograph(path: &Path) -> Result<Photograph> {
-    let read = || -> Result<Photograph> {
-        let bytes = fs::read(path)?;
-        let (picture, quarters) = match heif::read(path, &bytes, true)? {
-            Some(read) => read,
-            None => deepsft_formats::decode_photograph(&bytes)?,
-        };
-        let exif = deepsft_formats::camera_from_exif(&bytes, picture.size());
-        Ok(Photograph {
-            picture,
-            quarters,
-            exif,
-        })
-    };
-    read().blame("image", path)
+    let (bytes, picture, quarters) = decoded("image", path, true)?;
+    Ok(Photograph {
+        exif: deepsft_formats::camera_from_exif(&bytes, picture.size()),
+        picture,
+        quarters,
+    })
 }
 
 /// Reads a photograph as the camera's sensor has it: turned or not, all of one camera have one size.
 pub fn photograph_as_stored(path: &Path) -> Result<Picture> {
-    let read = || -> Result<Picture> {
-        let bytes = fs::read(path)?;
-        match heif::read(path, &bytes, false)? {
-            Some((picture, _)) => Ok(picture),
-            None => Ok(deepsft_formats::decode_as_stored(&bytes)?),
-        }
-    };
-    read().blame("photograph", path)
+    Ok(decoded("photograph", path, false)?.1)
 }
 
 /// Reads and checks a model bundle's folder.
@@ -123,10 +115,8 @@ pub fn bundle_files(folder: &Path) -> Result<BTreeMap<String, Vec<u8>>> {
         });
     }
     let read = |name: &str| -> Result<Option<Vec<u8>>> {
-        let inside = Path::new(name)
-            .components()
-            .all(|part| matches!(part, Component::Normal(_)));
-        if !inside {
+        let mut parts = Path::new(name).components();
+        if !parts.all(|part| matches!(part, Component::Normal(_))) {
             bail!("it lists a file outside of its folder, {name:?}: fetch it anew");
         }
         match fs::read(folder.join(name)) {

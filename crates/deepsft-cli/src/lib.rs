@@ -20,7 +20,6 @@ mod network_choice;
 mod numbers;
 mod object_choice;
 mod output;
-mod paths;
 mod progress;
 mod synthesis;
 mod video;

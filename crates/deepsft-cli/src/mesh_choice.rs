@@ -21,10 +21,7 @@ impl MeshChoice {
     pub fn prepare(self, template: &Template) -> Result<Option<MeshRecovery>> {
         Ok(match self {
             Self::None => None,
-            Self::Fit => {
-                let fitter = FrameFitter::new(template)?;
-                Some(MeshRecovery::Fit(Box::new(fitter)))
-            }
+            Self::Fit => Some(MeshRecovery::Fit(Box::new(FrameFitter::new(template)?))),
             Self::Complete => {
                 let completion = MapsCompletion::new(template.mesh(), CompletionOptions::default())?;
                 Some(MeshRecovery::Completion(Box::new(completion)))

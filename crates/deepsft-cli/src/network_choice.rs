@@ -44,14 +44,7 @@ pub fn named(name: &str) -> Result<Network> {
     let Ok(choice) = NetworkChoice::from_str(name, false) else {
         let folder = Path::new(name);
         if !folder.exists() {
-            let names = NetworkChoice::value_variants()
-                .iter()
-                .filter_map(ValueEnum::to_possible_value);
-            let names: Vec<String> = names.map(|name| name.get_name().to_owned()).collect();
-            let reason = format!(
-                "there is no such folder: check the path, or name a network ({})",
-                names.join(", ")
-            );
+            let reason = "there is no such folder: check the path, or name a network (compact, paper, r50f)";
             return Err(anyhow!(reason)).blame("model bundle", folder);
         }
         let bundle = input::bundle(folder)?;

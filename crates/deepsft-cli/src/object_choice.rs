@@ -41,86 +41,103 @@ struct ObjectSource {
     template: Option<PathBuf>,
 }
 
-/// An object to look for.
-#[derive(Debug)]
-pub struct ChosenTarget {
-    /// Its template, and its network on the device.
-    pub target: Target,
+/// An object to look for, and what it is looked for by.
+#[derive(Debug, Args)]
+pub struct FinderChoice {
+    #[command(flatten)]
+    object: ObjectChoice,
+    /// Weights of the network that describes any picture (models/any-picture/weights.bpk): it is asked where corners are
+    /// not enough
+    #[arg(long, value_name = "FILE")]
+    descriptors: Option<PathBuf>,
+    /// Picture of the same series, printed as wide: where that one is seen, the object does not count as found. May be given several times
+    #[arg(long = "lookalike", value_name = "FILE", requires = "picture")]
+    lookalikes: Vec<PathBuf>,
+}
+
+/// The finders of an object.
+pub struct ChosenFinder {
+    /// All of them, the object's network among them.
+    pub finder: TargetFinder,
+    /// It tells the object apart from these while they live.
+    _lookalikes: Vec<TargetFinder>,
     /// The model's name, or the path that was given.
     pub name: String,
     /// What the network runs on, if there is one.
     pub device: Option<DeviceDescription>,
 }
 
-/// The network that describes any picture.
-#[derive(Debug, Args)]
-pub struct DescriptorChoice {
-    /// Weights of the network that describes any picture (models/any-picture/weights.bpk): it is asked where corners are
-    /// not enough
-    #[arg(long, value_name = "FILE")]
-    descriptors: Option<PathBuf>,
-}
-
-impl DescriptorChoice {
-    /// Reads the network onto the CPU, if one is asked for.
-    pub fn read(&self) -> Result<Option<SharedDescriptorNetwork>> {
-        let Some(path) = &self.descriptors else {
-            return Ok(None);
-        };
-        let read = || -> Result<SharedDescriptorNetwork> {
-            SharedDescriptorNetwork::from_bytes(&std::fs::read(path)?).map_err(|_| {
-                anyhow!(
-                    "it holds no weights of the network that describes pictures: give models/any-picture/weights.bpk"
-                )
-            })
-        };
-        Ok(Some(read().blame("weights", path)?))
+impl FinderChoice {
+    /// Whether the object has a network of its own.
+    pub fn has_model(&self) -> bool {
+        self.object.source.model.is_some()
     }
 
-    /// The finders of `target`, an object of this `name`, the network among them if it is asked for. A picture that features find badly is warned of where
-    /// no network was trained for it.
-    pub fn finder(&self, target: Target, name: &str) -> Result<TargetFinder> {
-        let is_trained = target.network().is_some();
-        let mut finder = TargetFinder::new(target).blame("object", Path::new(name))?;
-        if !is_trained && let Some(grade) = finder.grade() {
+    /// Reads what finders look for and what they look by. Only a model's network needs `device`. A picture that features find badly is warned
+    /// of where no network was trained for it.
+    pub fn finder(&self, device: DeviceKind) -> Result<ChosenFinder> {
+        let source = &self.object.source;
+        let (target, name, device) = match &source.model {
+            Some(folder) => {
+                let bundle = input::bundle(folder)?;
+                let (device, description) = pollster::block_on(start_device(device))?;
+                (
+                    Target::from_model(&bundle, &device)?,
+                    bundle.name().to_owned(),
+                    Some(description),
+                )
+            }
+            None => {
+                let path = source.picture.as_ref().or(source.template.as_ref());
+                let name = path.map_or_else(String::new, |path| path.display().to_string());
+                (Target::from_template(self.object.template()?), name, None)
+            }
+        };
+        let mut finder = TargetFinder::new(target).blame("object", Path::new(&name))?;
+        if !self.has_model()
+            && let Some(grade) = finder.grade()
+        {
             warn_of(&grade);
         }
-        if let Some(network) = self.read()? {
-            finder.add_descriptors(&network)?;
+        if let Some(path) = &self.descriptors {
+            finder.add_descriptors(&descriptor_network(path).blame("weights", path)?)?;
         }
-        Ok(finder)
+        let lookalikes = self.lookalikes.iter().map(|file| self.told_apart(file, &mut finder));
+        Ok(ChosenFinder {
+            _lookalikes: lookalikes.collect::<Result<_>>()?,
+            finder,
+            name,
+            device,
+        })
+    }
+
+    /// Makes `finder` tell the object apart from the picture of `file` while what is returned lives. Says how much they share.
+    fn told_apart(&self, file: &Path, finder: &mut TargetFinder) -> Result<TargetFinder> {
+        let size = self
+            .object
+            .size_mm
+            .ok_or_else(|| usage("--lookalike needs --size-mm"))?;
+        let template = printed(file, size, self.object.around_mm)?;
+        let mut other = TargetFinder::new(Target::from_template(template))?;
+        let share = finder.tell_apart(&mut other);
+        let shares = format!(
+            "{} shares {:.0} % of its corners with the picture",
+            file.display(),
+            100.0 * share
+        );
+        match share >= ALIKE {
+            true => eprintln!("note: {shares}: the better one counts as found"),
+            false => eprintln!("note: {shares}: too few to be taken for it"),
+        }
+        Ok(other)
     }
 }
 
-/// Pictures that resemble the object's.
-#[derive(Debug, Args)]
-pub struct LookalikeChoice {
-    /// Picture of the same series, printed as wide: where that one is seen, the object does not count as found. May be given several times
-    #[arg(long = "lookalike", value_name = "FILE", requires = "picture")]
-    lookalikes: Vec<PathBuf>,
-}
-
-impl LookalikeChoice {
-    /// Makes `finder`, which looks for `object`, tell it apart from these pictures while what is returned lives. Says how much they share.
-    pub fn tell_apart(&self, object: &ObjectChoice, finder: &mut TargetFinder) -> Result<Vec<TargetFinder>> {
-        let told_apart = |file: &PathBuf| {
-            let size = object.size_mm.ok_or_else(|| usage("--lookalike needs --size-mm"))?;
-            let template = printed(file, size, object.around_mm)?;
-            let mut other = TargetFinder::new(Target::from_template(template))?;
-            let share = finder.tell_apart(&mut other);
-            let shares = format!(
-                "{} shares {:.0} % of its corners with the picture",
-                file.display(),
-                100.0 * share
-            );
-            match share >= ALIKE {
-                true => eprintln!("note: {shares}: the better one counts as found"),
-                false => eprintln!("note: {shares}: too few to be taken for it"),
-            }
-            Ok(other)
-        };
-        self.lookalikes.iter().map(told_apart).collect()
-    }
+/// Reads the network that describes any picture onto the CPU.
+fn descriptor_network(path: &Path) -> Result<SharedDescriptorNetwork> {
+    SharedDescriptorNetwork::from_bytes(&std::fs::read(path)?).map_err(|_| {
+        anyhow!("it holds no weights of the network that describes pictures: give models/any-picture/weights.bpk")
+    })
 }
 
 /// Says what will make the picture on a sheet hard to find, or impossible without a network of its own.
@@ -167,27 +184,6 @@ impl ObjectChoice {
             Some(folder) => Ok(read_template(folder)?),
             None => Err(usage("--model, --template, or --picture and --size-mm are needed")),
         }
-    }
-
-    /// Reads what finders look for. Only a model's network needs `device`.
-    pub fn target(&self, device: DeviceKind) -> Result<ChosenTarget> {
-        let Some(folder) = &self.source.model else {
-            let path = self.source.picture.as_ref().or(self.source.template.as_ref());
-            let template = self.template()?;
-            let name = path.map_or_else(String::new, |path| path.display().to_string());
-            return Ok(ChosenTarget {
-                target: Target::from_template(template),
-                name,
-                device: None,
-            });
-        };
-        let bundle = input::bundle(folder)?;
-        let (device, description) = pollster::block_on(start_device(device))?;
-        Ok(ChosenTarget {
-            target: Target::from_model(&bundle, &device)?,
-            name: bundle.name().to_owned(),
-            device: Some(description),
-        })
     }
 }
 

@@ -1,10 +1,13 @@
 //! Options of the commands that make synthetic images, and the synthesiser that they ask for.
 
 use crate::numbers::within;
+use crate::{interruption, progress};
 use anyhow::Result;
 use clap::{Args, ValueEnum};
+use deepsft_formats::StagedFolder;
 use deepsft_geometry::Template;
-use deepsft_synth::{EffectsConfig, SynthConfig, Synthesizer};
+use deepsft_synth::{EffectsConfig, Sample, SynthConfig, Synthesizer, TRUTH_FOLDER, write_dataset};
+use serde_json::Value;
 use std::path::PathBuf;
 
 /// What is varied in synthetic images, and how far.
@@ -16,16 +19,6 @@ pub enum Preset {
     /// The ranges of the paper, section 5.1: simulated cloth, light near the camera's axis, discs for occluders, an ideal
     /// camera
     Paper,
-}
-
-impl Preset {
-    /// The configuration.
-    pub fn config(self) -> SynthConfig {
-        match self {
-            Self::Default => SynthConfig::default(),
-            Self::Paper => SynthConfig::paper(),
-        }
-    }
 }
 
 /// Options of the commands that make synthetic images.
@@ -85,7 +78,10 @@ pub fn quoted(word: String) -> String {
 
 /// The synthesiser of a template for the training camera, with the photographs of a folder among its backgrounds.
 pub fn synthesizer(template: &Template, options: &SynthesisOptions) -> Result<Synthesizer> {
-    let mut config = options.images.config();
+    let mut config = match options.images {
+        Preset::Default => SynthConfig::default(),
+        Preset::Paper => SynthConfig::paper(),
+    };
     if options.camera_effects {
         config.effects = EffectsConfig {
             gain: config.effects.gain,
@@ -100,6 +96,29 @@ pub fn synthesizer(template: &Template, options: &SynthesisOptions) -> Result<Sy
         Some(folder) => synthesizer.with_photographs(deepsft_formats::pictures_in(folder, "folder of photographs")?)?,
         None => synthesizer,
     })
+}
+
+/// Writes simulated `frames` of `template`, which were `made` with a configuration and a seed: the files of each by `write`, which gives its
+/// truth, and the truths as a data set beside them in `folder`.
+pub fn write_with_truth<F, E: Into<anyhow::Error>>(
+    folder: &StagedFolder,
+    template: &Template,
+    made: (Value, u64),
+    count: usize,
+    frames: impl Iterator<Item = Result<F, E>>,
+    mut write: impl FnMut(usize, F) -> Result<Sample>,
+) -> Result<()> {
+    interruption::watch()?;
+    let bar = progress::counting(count as u64, "frames");
+    let samples = frames.enumerate().map(|(index, frame)| -> Result<Sample> {
+        interruption::check()?;
+        let sample = write(index, frame.map_err(Into::<anyhow::Error>::into)?)?;
+        bar.inc(1);
+        Ok(sample)
+    });
+    write_dataset(&folder.path().join(TRUTH_FOLDER), template, made.0, made.1, samples)?;
+    bar.finish_and_clear();
+    Ok(())
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ mod yuv4mpeg;
 use crate::failure::BlameInput;
 use crate::ffmpeg::{Contents, Ffmpeg};
 use crate::input;
-use anyhow::{Result, anyhow, bail};
+use anyhow::{Result, anyhow};
 use deepsft_geometry::Picture;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -37,18 +37,9 @@ pub struct VideoFrame {
 }
 
 impl Video {
-    /// Opens a folder of PNG and JPEG files, taken in natural order (`2.png` before `10.png`), or a video file, whose frames are turned upright.
-    /// `frames_per_s` goes before what the file says; a folder says nothing.
-    pub fn open(path: &Path, frames_per_s: Option<f64>) -> Result<Self> {
-        Self::open_turned(path, frames_per_s, true)
-    }
-
-    /// Opens it with its frames as the camera's sensor has them.
-    pub fn open_as_stored(path: &Path) -> Result<Self> {
-        Self::open_turned(path, None, false)
-    }
-
-    fn open_turned(path: &Path, frames_per_s: Option<f64>, upright: bool) -> Result<Self> {
+    /// Opens a folder of PNG and JPEG files, taken in natural order (`2.png` before `10.png`), or a video file, whose frames are turned
+    /// upright, or else are as the camera's sensor has them. `frames_per_s` goes before what the file says; a folder says nothing.
+    pub fn open(path: &Path, frames_per_s: Option<f64>, upright: bool) -> Result<Self> {
         if path.is_dir() {
             let mut images = deepsft_formats::pictures_in(path, "folder of frames")?;
             // By what is shown of the names: one that is not UTF-8 does not change the order of the others.
@@ -57,7 +48,11 @@ impl Video {
             let rate = frames_per_s.unwrap_or(TYPICAL_RATE);
             return Ok(Self::new(rate, count, pictures(images), || None));
         }
-        let file = file(path).blame("video", path)?;
+        let file = fs::File::open(path).blame("video", path)?;
+        let refused = |reason: &'static str| Err(anyhow!(reason)).blame("video", path);
+        if file.metadata().blame("video", path)?.len() == 0 {
+            return refused("it is empty (0 bytes): copy it again from where it came");
+        }
         let blamed = path.to_path_buf();
         let blame = move |frame: Result<Picture>| frame.blame("video", &blamed);
         if path
@@ -70,16 +65,13 @@ impl Video {
         }
         let contents = Contents::of(path);
         if contents.lack_a_video() {
-            return Err(anyhow!(
-                "there is no video in it, only sound or data: choose another file"
-            ))
-            .blame("video", path);
+            return refused("there is no video in it, only sound or data: choose another file");
         }
         let rate = frames_per_s.or(contents.frames_per_s()).unwrap_or(TYPICAL_RATE);
         let quarters = if upright { contents.quarters() } else { 0 };
         let (ffmpeg, mut times) = Ffmpeg::start(path, contents, upright)?;
         let stream = Yuv4Mpeg::new(ffmpeg).blame("video", path)?;
-        let time = move || times.next().filter(|_| frames_per_s.is_none());
+        let time = move || times().filter(|_| frames_per_s.is_none());
         Ok(Self {
             quarters,
             ..Self::new(rate, None, stream.map(blame), time)
@@ -105,25 +97,16 @@ impl Video {
             (number, last_s) = (number + 1.0, time_s);
             Ok(VideoFrame { picture, time_s })
         });
+        // The first error is the last of them.
+        let mut failed = false;
+        let until_error = timed.take_while(move |frame| !std::mem::replace(&mut failed, frame.is_err()));
         Self {
             frames_per_s,
             count,
             quarters: 0,
-            frames: Box::new(until_error(timed)),
+            frames: Box::new(until_error),
         }
     }
-}
-
-/// The frames until the first error, which is the last of them.
-fn until_error<T>(frames: impl Iterator<Item = Result<T>>) -> impl Iterator<Item = Result<T>> {
-    let mut frames = Some(frames);
-    std::iter::from_fn(move || {
-        let frame = frames.as_mut()?.next()?;
-        if frame.is_err() {
-            frames = None;
-        }
-        Some(frame)
-    })
 }
 
 /// The pictures of files; all must have the size of the first.
@@ -142,64 +125,55 @@ fn pictures(paths: Vec<PathBuf>) -> impl Iterator<Item = Result<Picture>> {
     })
 }
 
-/// A video's file, which must not be empty.
-fn file(path: &Path) -> Result<fs::File> {
-    let file = fs::File::open(path)?;
-    if file.metadata()?.len() == 0 {
-        bail!("it is empty (0 bytes): copy it again from where it came");
-    }
-    Ok(file)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use deepsft::encode_png;
 
-    #[test]
-    fn the_images_of_a_folder_come_in_natural_order_and_other_files_do_not() {
+    /// A folder of pictures by name, each of one shade and so many pixels wide.
+    fn folder_of(pictures: &[(impl AsRef<Path>, u8, usize)]) -> tempfile::TempDir {
         let folder = tempfile::tempdir().unwrap();
-        for (name, shade) in [("f10.png", 10), ("f9.PNG", 9), ("f08.png", 8), ("f1.png", 1)] {
-            let png = encode_png(&Picture::from_fn(6, 4, |_, _| [shade; 3])).unwrap();
+        for (name, shade, width) in pictures {
+            let png = encode_png(&Picture::from_fn(*width, 4, |_, _| [*shade; 3])).unwrap();
             fs::write(folder.path().join(name), png).unwrap();
         }
+        folder
+    }
+
+    fn shades(video: Video) -> Vec<u8> {
+        let shades = video.frames.map(|frame| frame.unwrap().picture.pixel(0, 0)[0]);
+        shades.collect()
+    }
+
+    #[test]
+    fn the_images_of_a_folder_come_in_natural_order_and_other_files_do_not() {
+        let folder = folder_of(&[
+            ("f10.png", 10, 6),
+            ("f9.PNG", 9, 6),
+            ("f08.png", 8, 6),
+            ("f1.png", 1, 6),
+        ]);
         fs::write(folder.path().join("camera.json"), "{}").unwrap();
-        let video = Video::open(folder.path(), None).unwrap();
+        let video = Video::open(folder.path(), None, true).unwrap();
         assert_eq!((video.count, video.frames_per_s), (Some(4), 30.0));
-        let shades: Vec<u8> = video
-            .frames
-            .map(|frame| frame.unwrap().picture.pixel(0, 0)[0])
-            .collect();
-        assert_eq!(shades, [1, 8, 9, 10]);
+        assert_eq!(shades(video), [1, 8, 9, 10]);
     }
 
     #[cfg(target_os = "linux")]
     #[test]
     fn a_name_that_is_not_utf8_leaves_the_others_in_natural_order() {
         use std::os::unix::ffi::OsStrExt;
-        let folder = tempfile::tempdir().unwrap();
-        for (name, shade) in [
-            (&b"f10.png"[..], 10),
-            (b"f9.png", 9),
-            (b"f09.png", 90),
-            (b"g\xff.png", 99),
-        ] {
-            let png = encode_png(&Picture::from_fn(6, 4, |_, _| [shade; 3])).unwrap();
-            fs::write(folder.path().join(std::ffi::OsStr::from_bytes(name)), png).unwrap();
-        }
-        let frames = Video::open(folder.path(), None).unwrap().frames;
-        let shades: Vec<u8> = frames.map(|frame| frame.unwrap().picture.pixel(0, 0)[0]).collect();
-        assert_eq!(shades, [9, 90, 10, 99]);
+        let names = [&b"f10.png"[..], b"f9.png", b"f09.png", b"g\xff.png"].map(std::ffi::OsStr::from_bytes);
+        let shaded = [10, 9, 90, 99];
+        let folder = folder_of(&std::array::from_fn::<_, 4, _>(|k| (names[k], shaded[k], 6)));
+        let video = Video::open(folder.path(), None, true).unwrap();
+        assert_eq!(shades(video), [9, 90, 10, 99]);
     }
 
     #[test]
     fn the_frames_end_with_the_first_that_has_another_size() {
-        let folder = tempfile::tempdir().unwrap();
-        for (name, width) in [("f1.png", 6), ("f2.png", 7), ("f3.png", 6)] {
-            let png = encode_png(&Picture::from_fn(width, 4, |_, _| [0; 3])).unwrap();
-            fs::write(folder.path().join(name), png).unwrap();
-        }
-        let frames: Vec<_> = Video::open(folder.path(), None).unwrap().frames.collect();
+        let folder = folder_of(&[("f1.png", 0, 6), ("f2.png", 0, 7), ("f3.png", 0, 6)]);
+        let frames: Vec<_> = Video::open(folder.path(), None, true).unwrap().frames.collect();
         let [Ok(_), Err(error)] = frames.as_slice() else {
             panic!("{} frames", frames.len());
         };

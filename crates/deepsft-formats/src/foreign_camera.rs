@@ -62,18 +62,10 @@ pub fn camera_from_foreign(bytes: &[u8]) -> Result<Camera, FormatError> {
     if let Ok(own) = serde_json::from_value::<CameraFile>(tree.clone()) {
         return own.camera();
     }
-    let numbers_of = |names: &[&str]| {
-        find(&tree, &|key, value| {
-            names.contains(&key).then(|| numbers(value)).flatten()
-        })
-    };
+    let numbers_of = |names: &[&str]| find(&tree, names, &numbers);
     let number_of = |names: &[&str]| numbers_of(names).and_then(|numbers| numbers.first().copied());
     let all_of = |names: [&[&str]; 2]| Some([number_of(names[0])?, number_of(names[1])?]);
-    let model = |name| {
-        find(&tree, &|key, value| {
-            (key == name).then(|| value.as_str().map(plain)).flatten()
-        })
-    };
+    let model = |name| find(&tree, &[name], &|value| value.as_str().map(plain));
     let model = MODEL.into_iter().filter_map(model).collect::<Vec<_>>().join(" ");
     let is = |names: &[&str]| names.iter().any(|name| model.contains(name));
     let is_unknown = !is(&FISHEYE) && (is(&UNKNOWN) || model.ends_with("ds"));
@@ -105,8 +97,8 @@ pub fn camera_from_foreign(bytes: &[u8]) -> Result<Camera, FormatError> {
             ),
         };
     };
-    let size = find(&tree, &|key, value| match numbers(value)?[..] {
-        [width, height] if SIZE.contains(&key) => Some([width, height]),
+    let size = find(&tree, &SIZE, &|value| match numbers(value)?[..] {
+        [width, height] => Some([width, height]),
         _ => None,
     });
     let Some([width, height]) = all_of(SIDES).or(size) else {
@@ -246,22 +238,21 @@ fn element(node: roxmltree::Node<'_, '_>, depth: usize) -> Value {
     }
 }
 
-/// The first that `wanted` takes of all keys and values, those farther out before those within.
-fn find<T>(tree: &Value, wanted: &impl Fn(&str, &Value) -> Option<T>) -> Option<T> {
-    let within: Vec<&Value> = match tree {
+/// The first value of one of these names that `read` reads, those farther out before those within.
+fn find<T>(tree: &Value, names: &[&str], read: &impl Fn(&Value) -> Option<T>) -> Option<T> {
+    let (here, within): (_, Vec<&Value>) = match tree {
         Value::Object(fields) => {
+            let is_named = |key: &String| names.contains(&&*plain(key.rsplit('.').next().unwrap_or_default()));
             let here = fields
                 .iter()
-                .find_map(|(key, value)| wanted(&plain(key.rsplit('.').next()?), value));
-            if here.is_some() {
-                return here;
-            }
-            fields.values().collect()
+                .filter(|(key, _)| is_named(key))
+                .find_map(|(_, value)| read(value));
+            (here, fields.values().collect())
         }
-        Value::Array(values) => values.iter().collect(),
+        Value::Array(values) => (None, values.iter().collect()),
         _ => return None,
     };
-    within.into_iter().find_map(|value| find(value, wanted))
+    here.or_else(|| within.into_iter().find_map(|value| find(value, names, read)))
 }
 
 /// Small letters and digits alone.

@@ -87,18 +87,12 @@ pub fn rows_from_npy(bytes: &[u8]) -> Result<Vec<Vec<f64>>, FormatError> {
     let sides = shape.map_or("", |(sides, _)| sides).split(',').map(str::trim);
     let sides: Result<Vec<usize>, _> = sides.filter(|side| !side.is_empty()).map(str::parse).collect();
     let is_transposed = header.contains("'fortran_order': True");
+    let count = |sides: &[usize]| sides.iter().try_fold(1_usize, |count, &side| count.checked_mul(side));
     match sides.as_deref() {
         Ok([.., 0]) | Ok([] | [_]) | Err(_) => {
             Err(refused("it is no array of rows: save one of shape (rows, columns)"))
         }
-        Ok(sides)
-            if sides
-                .iter()
-                .try_fold(1_usize, |product, &side| product.checked_mul(side))
-                != Some(values.len()) =>
-        {
-            Err(cut())
-        }
+        Ok(sides) if count(sides) != Some(values.len()) => Err(cut()),
         Ok(&[rows, _]) if is_transposed => Ok((0..rows)
             .map(|row| values.iter().skip(row).step_by(rows).copied().collect())
             .collect()),

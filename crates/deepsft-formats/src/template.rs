@@ -119,15 +119,10 @@ impl TemplateFile {
 /// # Errors
 /// [`FormatError::PictureFile`] when the texture cannot be encoded.
 pub fn template_to_files(template: &Template) -> Result<BTreeMap<String, Vec<u8>>, FormatError> {
-    let surface = if template.is_sheet() {
-        Surface::ThinShell {
-            width_mm: template.size_mm().x,
-            height_mm: template.size_mm().y,
-        }
-    } else {
-        Surface::Mesh {
-            mesh: MESH_FILE.to_owned(),
-        }
+    let ([width_mm, height_mm], mesh) = (template.size_mm().to_array(), MESH_FILE.to_owned());
+    let surface = match template.is_sheet() {
+        true => Surface::ThinShell { width_mm, height_mm },
+        false => Surface::Mesh { mesh },
     };
     let file = TemplateFile {
         format_version: FORMAT_VERSION,

@@ -25,10 +25,8 @@ const PARTS: [&str; 4] = ["rgb.png", "depth.png", "uv.png", "json"];
 /// Largest entry of a shard, bytes.
 const LARGEST_ENTRY: u64 = 64 << 20;
 
-/// Bytes of a block of a tar archive, and where a header has the size and the checksum.
+/// Bytes of a block of a tar archive.
 const BLOCK: usize = 512;
-const SIZE: std::ops::Range<usize> = 124..136;
-const CHECKSUM: std::ops::Range<usize> = 148..156;
 
 /// A shard as it is; the descriptions of a data set in two parts; or the four entries of each sample.
 pub(crate) fn read(input: &[u8]) -> Result<()> {
@@ -71,26 +69,24 @@ fn read_shard(shard: &[u8]) -> Result<()> {
         fields.retain(|name, _| !["shard_bytes", "shard_sha256"].contains(&name.as_str()));
     }
     let description = description.to_string();
-    with_folder(
-        [(DATASET_FILE, description.as_bytes()), (SHARD_FILE, shard)],
-        |folder| {
-            let read = samples_in(folder, &first, samples)?;
-            let seed = first["seed"].as_u64().context("there is no seed")?;
-            let [template, _] = template::small()?;
-            let place = folder.join("again");
-            let written = read.iter().cloned().map(Ok);
-            let again = write_dataset::<SynthError>(&place, &template, Value::Null, seed, written);
-            assert!(again.is_ok(), "a sample that was read cannot be written: {again:?}");
-            // Seed and index of each are compared with the description. A camera is the same to the last digit but one.
-            let (first, _) = samples_of(&fs::read(place.join(SHARD_FILE))?)?;
-            let again = samples_in(&place, &serde_json::from_slice(&first)?, samples);
-            assert!(again.is_ok(), "what was written cannot be read: {:?}", again.err());
-            for (sample, again) in read.iter().zip(again?) {
-                assert_eq!((&sample.image, &sample.truth), (&again.image, &again.truth));
-            }
-            Ok(())
-        },
-    )
+    let files = [(DATASET_FILE, description.as_bytes()), (SHARD_FILE, shard)];
+    with_folder(files, |folder| {
+        let read = samples_in(folder, &first, samples)?;
+        let seed = first["seed"].as_u64().context("there is no seed")?;
+        let [template, _] = template::small()?;
+        let place = folder.join("again");
+        let written = read.iter().cloned().map(Ok);
+        let again = write_dataset::<SynthError>(&place, &template, Value::Null, seed, written);
+        assert!(again.is_ok(), "a sample that was read cannot be written: {again:?}");
+        // Seed and index of each are compared with the description. A camera is the same to the last digit but one.
+        let (first, _) = samples_of(&fs::read(place.join(SHARD_FILE))?)?;
+        let again = samples_in(&place, &serde_json::from_slice(&first)?, samples);
+        assert!(again.is_ok(), "what was written cannot be read: {:?}", again.err());
+        for (sample, again) in read.iter().zip(again?) {
+            assert_eq!((&sample.image, &sample.truth), (&again.image, &again.truth));
+        }
+        Ok(())
+    })
 }
 
 /// The samples of the data set in a folder, of the camera of its first one.
@@ -121,15 +117,15 @@ fn samples_of(shard: &[u8]) -> Result<(Vec<u8>, u64)> {
 fn sealed(shard: &[u8]) -> Vec<u8> {
     let mut shard = shard.to_vec();
     let mut at = 0;
-    while let Some(header) = shard.get_mut(at..at + BLOCK) {
-        if header.iter().all(|&byte| byte == 0) {
+    while let Some(block) = shard.get_mut(at..at + BLOCK) {
+        if block.iter().all(|&byte| byte == 0) {
             break;
         }
-        header[CHECKSUM].fill(b' ');
-        let sum: u32 = header.iter().map(|&byte| u32::from(byte)).sum();
-        header[CHECKSUM].copy_from_slice(format!("{sum:06o}\0 ").as_bytes());
-        let size = String::from_utf8_lossy(&header[SIZE]).into_owned();
-        let size = usize::from_str_radix(size.trim_matches(['\0', ' ']), 8).unwrap_or(0);
+        let mut header = tar::Header::new_old();
+        header.as_mut_bytes().copy_from_slice(block);
+        header.set_cksum();
+        block.copy_from_slice(header.as_bytes());
+        let size = header.entry_size().unwrap_or(0) as usize;
         at = at
             .saturating_add(BLOCK)
             .saturating_add(size.min(shard.len()).next_multiple_of(BLOCK));

@@ -104,12 +104,10 @@ pub fn run(root: &Path, options: &Options) -> Result<()> {
     });
     if browser {
         let none = Path::new("-");
-        let (graph, web) = match rivals.and_then(|rivals| rivals.web.as_ref()) {
-            Some(web) => (graph.as_path(), web.as_path()),
-            None => (none, none),
-        };
+        let web = rivals.and_then(|rivals| rivals.web.as_deref());
         let mut measure = script(root, "browser.mjs")?;
-        measure.arg(&model).arg(&exported).arg(graph).arg(web).arg(&runs);
+        measure.arg(&model).arg(&exported).arg(web.map_or(none, |_| &graph));
+        measure.arg(web.unwrap_or(none)).arg(&runs);
         figures["browser"] = printed_by(&mut measure).context("measuring in the browser")?;
         check(&figures["browser"])?;
         figures["demo"] = printed_by(script(root, "demo.mjs")?.arg(WATCHED_S)).context("measuring the demo page")?;
@@ -117,11 +115,8 @@ pub fn run(root: &Path, options: &Options) -> Result<()> {
     figures["downloads"] = downloads(root, &model, rivals)?;
     table::print(&figures);
 
-    let file = match &options.json {
-        Some(file) => root.join(file),
-        None => folder.join("bench.json"),
-    };
-    fs::write(&file, serde_json::to_vec_pretty(&figures)?).with_context(|| format!("writing {}", file.display()))?;
+    let file = (options.json.as_ref()).map_or_else(|| folder.join("bench.json"), |file| root.join(file));
+    web::write(&file, &serde_json::to_vec_pretty(&figures)?)?;
     println!("\nall figures: {}", file.display());
     Ok(())
 }

@@ -18,15 +18,6 @@ const LINUX: bool = cfg!(target_os = "linux");
 /// How long all fuzz targets run together, s.
 const FUZZING_S: u64 = 30;
 
-/// Who asks.
-#[derive(PartialEq, Eq)]
-pub enum Mode {
-    /// A person at a machine: `Cargo.lock` may follow an edited Cargo.toml.
-    Developer,
-    /// Continuous integration: `Cargo.lock` is taken as it is or refused.
-    Ci,
-}
-
 /// Tests that passed and failed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Count {
@@ -34,11 +25,12 @@ struct Count {
     failed: u64,
 }
 
-/// Runs all checks, the later ones also after a failure. What is built for the crates and for the page is built side by side.
+/// Runs all checks, the later ones also after a failure. What is built for the crates and for the page is built side by side. `locked`:
+/// `Cargo.lock` is taken as it is or refused, and does not follow an edited Cargo.toml.
 ///
 /// # Errors
 /// When a check fails, after the closing table.
-pub fn run(root: &Path, mode: Mode) -> Result<()> {
+pub fn run(root: &Path, locked: bool) -> Result<()> {
     let began = Instant::now();
     let outcomes = Mutex::new(Vec::new());
     let check = |name: &'static str, body: &dyn Fn() -> Result<Count>| {
@@ -55,7 +47,7 @@ pub fn run(root: &Path, mode: Mode) -> Result<()> {
     let passed = |(): ()| Count { passed: 1, failed: 0 };
     let cargo = |arguments: &[&str]| {
         let mut command = tools::cargo(root);
-        command.args(arguments).args((mode == Mode::Ci).then_some("--locked"));
+        command.args(arguments).args(locked.then_some("--locked"));
         command
     };
     check("formatting", &|| {
@@ -139,11 +131,10 @@ fn all_passed(Count { passed, failed }: Count) -> Result<()> {
 pub fn assertions(root: &Path) -> Result<()> {
     let mut command = tools::cargo(root);
     command.args(["test", "--release", "--workspace", "--no-fail-fast", "--locked"]);
-    for name in tools::workspace_crates(root)? {
-        for check in ["debug-assertions", "overflow-checks"] {
-            let setting = format!("profile.release.package.\"{name}\".{check}=true");
-            command.args(["--config", &setting]);
-        }
+    for check in ["debug-assertions", "overflow-checks"] {
+        command.args(["--config", &format!("profile.release.{check}=true")]);
+        // All but those of the workspace.
+        command.args(["--config", &format!("profile.release.package.\"*\".{check}=false")]);
     }
     all_passed(counted(&mut command)?)
 }
@@ -156,10 +147,13 @@ pub fn engines(root: &Path, build: bool) -> Result<()> {
 }
 
 /// Has the page and the package work for long, with the options of `www/bench/soak/soak.mjs`, and leaves samples and curves in `out`.
-pub fn soak(root: &Path, build: bool, out: &Path, options: &[String]) -> Result<()> {
+pub fn soak(root: &Path, build: bool, out: &Path, options: &[(&str, Option<String>)]) -> Result<()> {
     prepare_browsers(root, build)?;
     let mut command = in_browsers(root, &["run", "soak", "--"])?;
-    tools::run(command.args(options).arg("--out").arg(out))
+    for (name, value) in options {
+        command.args(value.iter().flat_map(|value| [*name, value]));
+    }
+    tools::run(command.arg("--out").arg(out))
 }
 
 fn prepare_browsers(root: &Path, build: bool) -> Result<()> {
@@ -256,13 +250,7 @@ mod tests {
         assert_eq!(count_in(rust), count(12, 3));
         assert_eq!(count_in("# pass 7"), count(7, 0));
         assert_eq!(count_in("ℹ fail 2"), count(0, 2));
-        for other in [
-            "# passes nothing",
-            "# duration_ms 7",
-            "pass 7",
-            "test a_test ... ok",
-            "",
-        ] {
+        for other in "# passes nothing,# duration_ms 7,pass 7,test a_test ... ok,".split(',') {
             assert_eq!(count_in(other), None, "{other}");
         }
     }
@@ -270,14 +258,15 @@ mod tests {
     #[test]
     #[cfg(unix)]
     fn a_command_that_fails_without_a_count_is_one_failure() {
-        let shell = |script: &str| counted(Command::new("sh").args(["-c", script])).unwrap();
-        assert_eq!(shell("true"), Count { passed: 1, failed: 0 });
-        assert_eq!(shell("exit 3"), Count { passed: 0, failed: 1 });
-        assert_eq!(shell("echo '# pass 4'; exit 1"), Count { passed: 4, failed: 1 });
-        assert_eq!(
-            shell("echo '# pass 4'; echo '# fail 2'; exit 1"),
-            Count { passed: 4, failed: 2 }
-        );
+        for (script, passed, failed) in [
+            ("true", 1, 0),
+            ("exit 3", 0, 1),
+            ("echo '# pass 4'; exit 1", 4, 1),
+            ("echo '# pass 4'; echo '# fail 2'; exit 1", 4, 2),
+        ] {
+            let count = counted(Command::new("sh").args(["-c", script])).unwrap();
+            assert_eq!(count, Count { passed, failed }, "{script}");
+        }
         assert!(counted(&mut Command::new("no-such-program-here")).is_err());
     }
 }

@@ -135,8 +135,8 @@ fn run(task: Task) -> Result<()> {
             tools::ensure_node_packages(&root)?;
             serve::demo(&root, port, lan, !no_open)
         }
-        Task::Test => checks::run(&root, checks::Mode::Developer),
-        Task::Ci => checks::run(&root, checks::Mode::Ci),
+        Task::Test => checks::run(&root, false),
+        Task::Ci => checks::run(&root, true),
         Task::Assertions => checks::assertions(&root),
         Task::Audit { offline } => audit::run(&root, offline),
         Task::Engines { build } => checks::engines(&root, !build.no_build),
@@ -146,11 +146,7 @@ fn run(task: Task) -> Result<()> {
             out,
             build,
         } => {
-            let options: Vec<String> = [("--frames", frames), ("--only", only)]
-                .into_iter()
-                .filter_map(|(name, value)| Some([name.to_owned(), value?]))
-                .flatten()
-                .collect();
+            let options = [("--frames", frames), ("--only", only)];
             checks::soak(&root, !build.no_build, &below_target(out, "soak")?, &options)
         }
         Task::Fuzz(options) => fuzz::run(&root, &options),

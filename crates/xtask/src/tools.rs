@@ -86,17 +86,6 @@ pub fn target_folder(root: &Path) -> Result<PathBuf> {
         .context("cargo metadata names no target folder")
 }
 
-/// The names of the crates of this workspace.
-pub fn workspace_crates(root: &Path) -> Result<Vec<String>> {
-    let metadata = metadata(root, &["--no-deps"])?;
-    let packages = metadata["packages"].as_array().into_iter().flatten();
-    let names: Vec<String> = packages
-        .filter_map(|package| Some(package["name"].as_str()?.to_owned()))
-        .collect();
-    ensure!(!names.is_empty(), "cargo metadata names no crates");
-    Ok(names)
-}
-
 /// Sees to it that Node.js is there, as new as `www/package.json` asks for, and that the packages of `www/package-lock.json` are
 /// installed.
 pub fn ensure_node_packages(root: &Path) -> Result<()> {
@@ -133,30 +122,6 @@ pub fn ensure_ffmpeg() -> Result<()> {
         install_with_apt(&["ffmpeg"]);
     }
     on_path("ffmpeg").context("no ffmpeg, which the checks need. Install it (Debian: apt-get install ffmpeg)")?;
-    Ok(())
-}
-
-/// Sees to it that the compiler of the workspace in `root` builds for `target`: rustup adds what that takes, where it is there.
-///
-/// # Errors
-/// When the compiler cannot; the message says what to do.
-pub fn ensure_rust_target(root: &Path, target: &str) -> Result<()> {
-    let in_root = |program: &str, arguments: &[&str]| {
-        let mut command = Command::new(program);
-        command.args(arguments).current_dir(root);
-        command
-    };
-    let is_there = || {
-        let library = output(&mut in_root("rustc", &["--print", "target-libdir", "--target", target]));
-        library.is_some_and(|folder| Path::new(&folder).is_dir())
-    };
-    if !is_there() && on_path("rustup").is_some() {
-        run(&mut in_root("rustup", &["target", "add", target]))?;
-    }
-    ensure!(
-        is_there(),
-        "the compiler has no library for {target}: install it (rustup target add {target})"
-    );
     Ok(())
 }
 

@@ -78,7 +78,6 @@ pub fn build(root: &Path) -> Result<()> {
     } = Manifest::load(root)?;
     let target_folder = tools::target_folder(root)?;
     tools::ensure_node_packages(root)?;
-    tools::ensure_rust_target(root, TARGET)?;
     let mut cargo = tools::cargo(root);
     cargo.args(["build", "--target", TARGET, "--profile", &package.profile]);
     tools::run(cargo.args(["--package", &package.crate_name]))?;

@@ -3,15 +3,15 @@
 use crate::failure::usage;
 use crate::numbers::positive;
 use crate::object_choice::ObjectChoice;
-use crate::{interruption, progress};
+use crate::synthesis::write_with_truth;
 use anyhow::Result;
 use clap::Args;
 use deepsft::{camera_to_json, encode_png};
-use deepsft_formats::{FolderKind, StagedFolder, write_file};
+use deepsft_formats::{FolderKind, StagedFolder};
 use deepsft_geometry::training_camera;
 use deepsft_synth::{
     CAMERA_FILE, CLIP_FILE, ClipDescription, ClipEvent, ClipLength, ClipStory, FIRST_CLIP_SEED, SynthConfig,
-    Synthesizer, TRUTH_FOLDER, frame_name, write_dataset,
+    Synthesizer, frame_name,
 };
 use std::path::PathBuf;
 
@@ -109,31 +109,15 @@ pub fn run(arguments: &ClipArguments) -> Result<()> {
     let synthesizer = Synthesizer::new(&template, config)?;
     let story = ClipStory::new(&synthesizer, length, arguments.event, arguments.seed)?;
     let frames = story.length().frames;
-    interruption::watch()?;
-    let bar = progress::counting(frames as u64, "frames");
-    let samples = deepsft_synth::clip_frames(&story, 0..frames)
-        .enumerate()
-        .map(|(frame, sample)| -> Result<_> {
-            interruption::check()?;
-            let sample = sample?;
-            let png = encode_png(&sample.image)?;
-            write_file(&folder.path().join(frame_name(frame, "png")), &png)?;
-            bar.inc(1);
-            Ok(sample)
-        });
-    let configuration = synthesizer.config().description();
-    write_dataset(
-        &folder.path().join(TRUTH_FOLDER),
-        &template,
-        configuration,
-        arguments.seed,
-        samples,
-    )?;
-    bar.finish_and_clear();
+    let samples = deepsft_synth::clip_frames(&story, 0..frames);
+    let made = (synthesizer.config().description(), arguments.seed);
+    write_with_truth(&folder, &template, made, frames, samples, |frame, sample| {
+        folder.write(&frame_name(frame, "png"), &encode_png(&sample.image)?)?;
+        Ok(sample)
+    })?;
     let description = ClipDescription::new(&story);
-    let write = |name: &str, content: String| write_file(&folder.path().join(name), content.as_bytes());
-    write(CAMERA_FILE, camera_to_json(&camera))?;
-    write(CLIP_FILE, serde_json::to_string_pretty(&description)?)?;
+    folder.write(CAMERA_FILE, camera_to_json(&camera).as_bytes())?;
+    folder.write(CLIP_FILE, &serde_json::to_vec_pretty(&description)?)?;
     folder.commit()?;
     let (size, event, out) = (camera.size(), description.event, arguments.out.display());
     println!("{frames} frames of {size} pixels, {event}: {out}");

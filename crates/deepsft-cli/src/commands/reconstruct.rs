@@ -3,7 +3,7 @@
 use crate::camera_choice::{self, CameraReport, camera_of, origin};
 use crate::failure::{self, usage};
 use crate::mesh_choice::MeshChoice;
-use crate::object_choice::{ChosenTarget, DescriptorChoice, LookalikeChoice, ObjectChoice};
+use crate::object_choice::{ChosenFinder, FinderChoice};
 use crate::output::flat::flat_files;
 use crate::output::{panels, sheet};
 use crate::{input, progress};
@@ -80,11 +80,7 @@ Examples:
   deepsft reconstruct --model models/poster-a4 --camera camera.json --out results a.jpg b.jpg")]
 pub struct ReconstructArguments {
     #[command(flatten)]
-    object: ObjectChoice,
-    #[command(flatten)]
-    descriptors: DescriptorChoice,
-    #[command(flatten)]
-    lookalikes: LookalikeChoice,
+    finder: FinderChoice,
     /// Intrinsics of the camera that took the images; may be for another size of the same aspect ratio. Or one of the paper's
     /// cameras: kinect-v2, realsense-d435, gopro-hero3
     #[arg(long, value_name = "FILE")]
@@ -155,42 +151,40 @@ struct Report {
     maps: MapsOf,
     /// What the network ran on; null without one.
     device: Option<String>,
-    stage_ms: BTreeMap<&'static str, f64>,
+    stage_ms: Stages,
     deepsft_version: &'static str,
 }
 
 pub fn run(arguments: &ReconstructArguments) -> Result<()> {
     let folders = folders(&arguments.out, &arguments.images)?;
     let camera = arguments.camera.as_deref().map(camera_choice::read).transpose()?;
-    let ChosenTarget { target, name, device } = arguments.object.target(arguments.device)?;
     let mesh = arguments.mesh.unwrap_or(MeshChoice::Fit);
-    if mesh != MeshChoice::Fit && target.network().is_none() {
-        return Err(usage(
-            "--mesh none and complete are about a network's maps: they need --model",
-        ));
+    let needless = match mesh {
+        MeshChoice::None | MeshChoice::Complete if !arguments.finder.has_model() => {
+            Some("--mesh none and complete are about a network's maps: they need --model")
+        }
+        MeshChoice::None if arguments.flat.is_some() => Some("--flat lays a mesh flat, and --mesh none asks for none"),
+        MeshChoice::None if arguments.maps == MapsOf::Image => {
+            Some("--maps image draws a mesh in the photograph, and --mesh none asks for none")
+        }
+        _ => None,
+    };
+    if let Some(reason) = needless {
+        return Err(usage(reason));
     }
-    if mesh == MeshChoice::None && arguments.flat.is_some() {
-        return Err(usage("--flat lays a mesh flat, and --mesh none asks for none"));
-    }
-    if mesh == MeshChoice::None && arguments.maps == MapsOf::Image {
-        return Err(usage(
-            "--maps image draws a mesh in the photograph, and --mesh none asks for none",
-        ));
-    }
+    let chosen = arguments.finder.finder(arguments.device)?;
+    let template = chosen.finder.target().template();
     let mut object = Object {
         maps_of: arguments.maps,
         flat_width: arguments.flat.map(usize::from),
         unshaded: arguments.unshaded,
         recovery: match mesh {
             MeshChoice::Fit => None,
-            other => Some(other.prepare(target.template())?),
+            other => Some(other.prepare(template)?),
         },
-        device: device.map(|device| device.to_string()),
-        texture_png: encode_png(target.template().texture())?,
-        finder: arguments.descriptors.finder(target, &name)?,
-        name,
+        texture_png: encode_png(template.texture())?,
+        chosen,
     };
-    let _lookalikes = arguments.lookalikes.tell_apart(&arguments.object, &mut object.finder)?;
     let bar = progress::counting(arguments.images.len() as u64, "images");
     let mut failures = Vec::new();
     for (image, folder) in arguments.images.iter().zip(&folders) {
@@ -231,14 +225,12 @@ fn folders(out: &Path, images: &[PathBuf]) -> Result<Vec<PathBuf>> {
 
 /// An object ready to be found in one image after the other.
 struct Object {
-    finder: TargetFinder,
+    chosen: ChosenFinder,
     /// Without a fit: what to do with the network's maps, if anything.
     recovery: Option<Option<MeshRecovery>>,
     maps_of: MapsOf,
     flat_width: Option<usize>,
     unshaded: bool,
-    name: String,
-    device: Option<String>,
     texture_png: Vec<u8>,
 }
 
@@ -246,23 +238,26 @@ impl Object {
     /// Reconstructs one image and returns a line about it.
     fn reconstruct(&mut self, path: &Path, camera: Option<(&Camera, &Path)>, folder: &Path) -> Result<String> {
         let mut stages = Stages::default();
-        let photograph = stages.time("decode", || input::photograph(path))?;
+        let photograph = timed(&mut stages, "decode", || input::photograph(path))?;
         let (image, quarters) = (photograph.picture, photograph.quarters);
         let (assumed, source) = camera_of(&image, quarters, camera, photograph.exif)?;
         let results = StagedFolder::new(folder, &RESULTS_FOLDER)?;
         let (estimate, told) = match &mut self.recovery {
             // The finder fits by itself.
-            None => stages.time("find_and_fit", || {
-                let estimated = self.finder.estimate_with_camera(&image, &assumed, origin(source));
+            None => timed(&mut stages, "find_and_fit", || {
+                let estimated = self
+                    .chosen
+                    .finder
+                    .estimate_with_camera(&image, &assumed, origin(source));
                 pollster::block_on(estimated)
             })?,
             Some(recovery) => {
-                let estimate = network_only(&self.finder, recovery.as_mut(), &image, &assumed, &mut stages)?;
+                let estimate = network_only(&self.chosen.finder, recovery.as_mut(), &image, &assumed, &mut stages)?;
                 (estimate, None)
             }
         };
         let camera = told.as_ref().map_or(assumed, |told| told.camera);
-        let template = self.finder.target().template();
+        let template = self.chosen.finder.target().template();
         let asks_for_mesh = match &self.recovery {
             None => true,
             Some(recovery) => recovery.is_some(),
@@ -274,7 +269,7 @@ impl Object {
         let whole = whole.transpose()?;
         let report = Report {
             image: path.display().to_string(),
-            object: self.name.clone(),
+            object: self.chosen.name.clone(),
             found: judgement.found,
             found_by: estimate.by,
             confidence: judgement.confidence,
@@ -289,8 +284,8 @@ impl Object {
                 .map_or_else(|| CameraReport::new(&camera, source), CameraReport::told),
             canonical_camera: CameraReport::new(&estimate.canonical_camera, "model"),
             maps: self.maps_of,
-            device: self.device.clone(),
-            stage_ms: stages.milliseconds,
+            device: self.chosen.device.as_ref().map(ToString::to_string),
+            stage_ms: stages,
             deepsft_version: env!("CARGO_PKG_VERSION"),
         };
         let mut files = self.files(&estimate, whole.as_ref())?;
@@ -303,15 +298,10 @@ impl Object {
             let flat = surface.flatten(template, (&image, &camera), width)?;
             files.extend(flat_files(&flat, self.unshaded.then(|| template.texture()))?);
         }
-        files.insert(REPORT_FILE.to_owned(), serde_json::to_vec_pretty(&report)?);
+        files.insert(REPORT_FILE, serde_json::to_vec_pretty(&report)?);
         results.filled(&files)?.commit()?;
-        Ok(format!(
-            "{}: {}{}: {}",
-            path.display(),
-            verdict(judgement),
-            words(&assumed, source, told.as_ref()),
-            folder.display()
-        ))
+        let (verdict, camera) = (verdict(judgement), words(&assumed, source, told.as_ref()));
+        Ok(format!("{}: {verdict}{camera}: {}", path.display(), folder.display()))
     }
 
     /// The results by file name, all but the report.
@@ -319,65 +309,53 @@ impl Object {
         &self,
         estimate: &Estimate,
         whole: Option<&(&Surface, TriangleMesh)>,
-    ) -> Result<BTreeMap<String, Vec<u8>>> {
+    ) -> Result<BTreeMap<&'static str, Vec<u8>>> {
         let (maps, canonical) = (&estimate.maps, &estimate.canonical);
-        let template = self.finder.target().template();
-        let rows_of_panels = [
-            sheet::Row {
-                caption: verdict(&estimate.judgement),
-                panels: vec![
-                    panels::plain("input", canonical),
-                    panels::overlay("registration", canonical, maps, template.size_mm()),
-                ],
-            },
-            sheet::Row {
-                caption: String::new(),
-                panels: vec![
-                    panels::depth("depth", maps),
-                    panels::photometric_difference("difference, light fitted", canonical, template.texture(), maps),
-                ],
-            },
+        let template = self.chosen.finder.target().template();
+        let overlay = panels::overlay("registration", canonical, maps, template.size_mm());
+        let difference =
+            panels::photometric_difference("difference, light fitted", canonical, template.texture(), maps);
+        let mut rows = vec![
+            sheet::Row::new(
+                verdict(&estimate.judgement),
+                [panels::plain("input", canonical), overlay],
+            ),
+            sheet::Row::new("", [panels::depth("depth", maps), difference]),
         ];
-        let deviations = whole.filter(|(surface, _)| !surface.deviations.is_empty());
-        let deviations = deviations.map(|(surface, _)| sheet::Row {
-            caption: String::new(),
-            panels: vec![panels::deviation("standard deviation", surface, template.mesh())],
-        });
-        let rows_of_panels: Vec<_> = rows_of_panels.into_iter().chain(deviations).collect();
-        let sheet = sheet::sheet(&rows_of_panels).context("a sheet has panels")?;
+        if let Some((surface, _)) = whole.filter(|(surface, _)| !surface.deviations.is_empty()) {
+            let deviation = panels::deviation("standard deviation", surface, template.mesh());
+            rows.push(sheet::Row::new("", [deviation]));
+        }
+        let sheet = sheet::sheet(&rows).context("a sheet has panels")?;
         let mesh = visible_surface(maps, &estimate.canonical_camera)?;
-        let files = [
+        let mut files = BTreeMap::from([
             ("sheet.png", encode_png(&sheet)?),
             ("mesh.glb", deepsft_formats::mesh_to_glb(&mesh, &self.texture_png, &[])),
-        ];
-        let glb = |(surface, mesh): &(&Surface, TriangleMesh)| {
-            deepsft_formats::mesh_to_glb(mesh, &self.texture_png, &surface.deviations)
-        };
-        let whole = whole.map(|whole| ("whole-mesh.glb", glb(whole)));
-        let files = files
-            .into_iter()
-            .chain(whole)
-            .map(|(name, bytes)| (name.to_owned(), bytes));
-        Ok(files.chain(map_files(maps)?).collect())
+        ]);
+        files.extend(whole.map(|(surface, mesh)| {
+            let glb = deepsft_formats::mesh_to_glb(mesh, &self.texture_png, &surface.deviations);
+            ("whole-mesh.glb", glb)
+        }));
+        files.extend(map_files(maps)?);
+        Ok(files)
     }
 }
 
 /// Maps as NumPy arrays, by file name.
-fn map_files(maps: &Maps) -> Result<[(String, Vec<u8>); 3]> {
+fn map_files(maps: &Maps) -> Result<[(&'static str, Vec<u8>); 3]> {
     let columns = maps.size().width;
-    let registration = maps.registration().iter().flatten().copied();
-    let files = [
-        (
-            "depth.npy",
-            deepsft_formats::f32_npy(&[columns], maps.depth().iter().copied())?,
-        ),
+    let (depth, registration) = (
+        maps.depth().iter().copied(),
+        maps.registration().iter().flatten().copied(),
+    );
+    Ok([
+        ("depth.npy", deepsft_formats::f32_npy(&[columns], depth)?),
         (
             "registration.npy",
             deepsft_formats::f32_npy(&[columns, 2], registration)?,
         ),
         ("mask.npy", deepsft_formats::bool_npy(&[columns], maps.mask())?),
-    ];
-    Ok(files.map(|(name, bytes)| (name.to_owned(), bytes)))
+    ])
 }
 
 /// The object by its network's own maps, completed if that is asked for.
@@ -392,18 +370,16 @@ fn network_only(
     let began = Instant::now();
     let clock_ms = || began.elapsed().as_secs_f64() * 1000.0;
     let (mut estimate, times) = pollster::block_on(network.estimate_timed(image, camera, clock_ms))?;
-    for (stage, ms) in [
+    stages.extend([
         ("canonical_warp", times.warp_ms),
         ("network", times.network_ms),
         ("confidence", times.judge_ms),
-    ] {
-        stages.milliseconds.insert(stage, ms);
-    }
+    ]);
     if !estimate.judgement.found {
         estimate.by = None;
     } else if let Some(recovery) = recovery {
         let (canonical, camera) = (&estimate.canonical, &estimate.canonical_camera);
-        estimate.surface = stages.time("mesh", || recovery.recover(canonical, camera, &estimate.maps))?;
+        estimate.surface = timed(stages, "mesh", || recovery.recover(canonical, camera, &estimate.maps))?;
         if let Some(surface) = &estimate.surface {
             let mesh = finder.target().template().mesh();
             estimate.maps = surface.maps(mesh).within(&estimate.maps);
@@ -446,10 +422,8 @@ fn words(assumed: &Camera, source: &str, told: Option<&CalibratedCamera>) -> Str
 
 /// Least, median and greatest depth inside the mask, mm.
 fn depth_range(maps: &Maps) -> Option<[f32; 3]> {
-    let mut depths: Vec<f32> = (0..maps.depth().len())
-        .filter(|&p| maps.inside(p))
-        .map(|p| maps.depth()[p])
-        .collect();
+    let inside = (0..maps.depth().len()).filter(|&p| maps.inside(p));
+    let mut depths: Vec<f32> = inside.map(|p| maps.depth()[p]).collect();
     depths.sort_unstable_by(f32::total_cmp);
     Some([*depths.first()?, depths[depths.len() / 2], *depths.last()?])
 }
@@ -462,19 +436,15 @@ fn deviation_range(surface: &Surface) -> Option<[f32; 2]> {
     Some([percentile(50)?, percentile(95)?])
 }
 
-/// Wall time of each stage.
-#[derive(Default)]
-struct Stages {
-    milliseconds: BTreeMap<&'static str, f64>,
-}
+/// Milliseconds of each stage.
+type Stages = BTreeMap<&'static str, f64>;
 
-impl Stages {
-    fn time<T>(&mut self, stage: &'static str, work: impl FnOnce() -> T) -> T {
-        let start = Instant::now();
-        let done = work();
-        self.milliseconds.insert(stage, start.elapsed().as_secs_f64() * 1000.0);
-        done
-    }
+/// Does some work and notes its wall time.
+fn timed<T>(stages: &mut Stages, stage: &'static str, work: impl FnOnce() -> T) -> T {
+    let start = Instant::now();
+    let done = work();
+    stages.insert(stage, start.elapsed().as_secs_f64() * 1000.0);
+    done
 }
 
 #[cfg(test)]

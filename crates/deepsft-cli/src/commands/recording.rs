@@ -4,14 +4,15 @@ mod import;
 
 use crate::failure::BlameInput;
 use crate::object_choice::ObjectChoice;
-use crate::{interruption, progress};
+use crate::progress;
+use crate::synthesis::write_with_truth;
 use anyhow::Result;
 use clap::{Args, Subcommand};
-use deepsft_formats::{FolderKind, StagedFolder, encode_jpeg, write_file};
+use deepsft_formats::{FolderKind, StagedFolder, encode_jpeg};
 use deepsft_geometry::training_camera;
 use deepsft_synth::{
-    CAMERA_FILE, DATASET_FILE, DEPTH_FOLDER, MASK_FOLDER, RGB_FOLDER, Recording, RecordingSimulator, SimulatedFrame,
-    TRUTH_FOLDER, encode_depth_png, encode_mask_png, in_order, write_dataset,
+    CAMERA_FILE, DATASET_FILE, DEPTH_FOLDER, MASK_FOLDER, RGB_FOLDER, Recording, RecordingSimulator, Sample,
+    SimulatedFrame, TRUTH_FOLDER, encode_depth_png, encode_mask_png, in_order,
 };
 use std::path::{Path, PathBuf};
 
@@ -110,28 +111,13 @@ fn simulate(arguments: &SimulateArguments) -> Result<()> {
     let folder = StagedFolder::new(&arguments.out, &SIMULATED_FOLDER)?;
     let simulator = RecordingSimulator::new(&template, arguments.changing_place, arguments.seed)?;
     let frames = arguments.frames as usize;
-    interruption::watch()?;
-    let bar = progress::counting(frames as u64, "frames");
-    let samples = simulated_frames(&simulator, frames)
-        .enumerate()
-        .map(|(index, frame)| -> Result<_> {
-            interruption::check()?;
-            let sample = write_frame(folder.path(), index, &simulator, frame?, arguments.masks)?;
-            bar.inc(1);
-            Ok(sample)
-        });
-    let configuration = simulator.renderer().description();
-    write_dataset(
-        &folder.path().join(TRUTH_FOLDER),
-        &template,
-        configuration,
-        arguments.seed,
-        samples,
-    )?;
-    bar.finish_and_clear();
-    let write = |name: &str, content: String| write_file(&folder.path().join(name), content.as_bytes());
-    write(CAMERA_FILE, simulator.sensor().to_json())?;
-    write(README, readme(&simulator, arguments, frames))?;
+    let made = (simulator.renderer().description(), arguments.seed);
+    let simulated = simulated_frames(&simulator, frames);
+    write_with_truth(&folder, &template, made, frames, simulated, |index, frame| {
+        write_frame(&folder, index, &simulator, frame, arguments.masks)
+    })?;
+    folder.write(CAMERA_FILE, simulator.sensor().to_json().as_bytes())?;
+    folder.write(README, readme(&simulator, arguments, frames).as_bytes())?;
     folder.commit()?;
     println!("simulated recording, {frames} frames: {}", arguments.out.display());
     Ok(())
@@ -149,28 +135,24 @@ fn simulated_frames(simulator: &RecordingSimulator, frames: usize) -> impl Itera
 
 /// Writes the pictures of a frame; gives its truth.
 fn write_frame(
-    folder: &Path,
+    folder: &StagedFolder,
     index: usize,
     simulator: &RecordingSimulator,
-    frame: SimulatedFrame,
-    masks: bool,
-) -> Result<deepsft_synth::Sample> {
-    let sensor = simulator.sensor();
-    let write = |name: String, bytes: &[u8]| write_file(&folder.join(name), bytes);
-    let SimulatedFrame {
+    SimulatedFrame {
         color, depth, truth, ..
-    } = frame;
-    write(
-        format!("{RGB_FOLDER}/{index:06}.jpg"),
-        &encode_jpeg(&color.image, JPEG_QUALITY)?,
-    )?;
-    write(
-        format!("{DEPTH_FOLDER}/{index:06}.png"),
-        &encode_depth_png(&depth, &sensor.depth)?,
-    )?;
+    }: SimulatedFrame,
+    masks: bool,
+) -> Result<Sample> {
+    let sensor = simulator.sensor();
+    let write = |kind: &str, ending: &str, bytes: &[u8]| folder.write(&format!("{kind}/{index:06}.{ending}"), bytes);
+    write(RGB_FOLDER, "jpg", &encode_jpeg(&color.image, JPEG_QUALITY)?)?;
+    write(DEPTH_FOLDER, "png", &encode_depth_png(&depth, &sensor.depth)?)?;
     if masks {
-        let mask = encode_mask_png(&color.truth.mask(), &sensor.color)?;
-        write(format!("{MASK_FOLDER}/{index:06}.png"), &mask)?;
+        write(
+            MASK_FOLDER,
+            "png",
+            &encode_mask_png(&color.truth.mask(), &sensor.color)?,
+        )?;
     }
     Ok(truth)
 }

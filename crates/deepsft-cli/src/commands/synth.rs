@@ -112,13 +112,8 @@ pub fn run(arguments: &SynthArguments) -> Result<()> {
         match DatasetFolder::open(&arguments.out) {
             Ok(whole) => {
                 whole.check_shards()?;
-                let whole = whole.description();
-                println!(
-                    "all {} parts are there, {} samples: {}",
-                    part.of(),
-                    whole.samples,
-                    arguments.out.display()
-                );
+                let (of, samples, out) = (part.of(), whole.description().samples, arguments.out.display());
+                println!("all {of} parts are there, {samples} samples: {out}");
             }
             Err(_) => println!("part {} of {}: others are still to be made", part.number(), part.of()),
         }
@@ -142,10 +137,7 @@ fn sheet_rows(indices: Range<u64>, samples: &[Sample]) -> Vec<sheet::Row> {
             panels::coordinate("v", &sample.truth, 1),
         ]
     };
-    let row = |pair: &[(u64, &Sample)]| sheet::Row {
-        caption: String::new(),
-        panels: pair.iter().flat_map(columns).map(sheet::Panel::halved).collect(),
-    };
+    let row = |pair: &[_]| sheet::Row::new("", pair.iter().flat_map(columns).map(sheet::Panel::halved));
     shown.chunks(2).map(row).collect()
 }
 
@@ -157,16 +149,11 @@ fn check_parts(folder: &Path, part: DatasetPart) -> Result<()> {
             folder.display()
         );
     }
-    match dataset_parts(folder) {
-        Some(of) if of != part.of() => {
-            bail!(
-                "{} holds parts of {of}: choose another folder for parts of {}, or remove it",
-                folder.display(),
-                part.of()
-            )
-        }
-        _ => Ok(()),
+    if let Some(of) = dataset_parts(folder).filter(|of| *of != part.of()) {
+        let (folder, asked) = (folder.display(), part.of());
+        bail!("{folder} holds parts of {of}: choose another folder for parts of {asked}, or remove it");
     }
+    Ok(())
 }
 
 fn make(arguments: &SynthArguments, synthesizer: &Synthesizer, plan: DatasetPlan, place: &Path) -> Result<()> {

@@ -10,6 +10,7 @@ use crate::output::turntable;
 use anyhow::Result;
 use clap::{Args, Subcommand};
 use deepsft::template_to_files;
+use deepsft_formats::{FolderKind, check_folder, write_folder};
 use deepsft_geometry::{Picture, Template};
 use std::path::PathBuf;
 
@@ -63,7 +64,7 @@ pub fn run(command: &TemplateCommand) -> Result<()> {
 }
 
 fn new(arguments: &NewArguments) -> Result<()> {
-    deepsft_formats::check_folder(&arguments.out, &deepsft_formats::FolderKind::TEMPLATE)?;
+    check_folder(&arguments.out, &FolderKind::TEMPLATE)?;
     let picture = input::picture(&arguments.image)?;
     let [width, height] = arguments.size_mm.of(&picture);
     if let Some(warning) = stretch_warning(&picture, [width, height]) {
@@ -81,11 +82,7 @@ fn new(arguments: &NewArguments) -> Result<()> {
     }
     let template = Template::thin_shell(texture, width, height).blame("image", &arguments.image)?;
     warn_of_print(&template);
-    deepsft_formats::write_folder(
-        &arguments.out,
-        &deepsft_formats::FolderKind::TEMPLATE,
-        &template_to_files(&template)?,
-    )?;
+    write_folder(&arguments.out, &FolderKind::TEMPLATE, &template_to_files(&template)?)?;
     let out = arguments.out.display();
     println!("template of {width} x {height} mm with {size} pixels: {out}");
     Ok(())

@@ -6,7 +6,7 @@ mod track_folder;
 use crate::camera_choice::{self, CameraReport, camera_of};
 use crate::failure::{self, BlameInput};
 use crate::numbers::positive;
-use crate::object_choice::{ChosenTarget, DescriptorChoice, LookalikeChoice, ObjectChoice};
+use crate::object_choice::FinderChoice;
 use crate::output::flat::flat_files;
 use crate::output::wireframe;
 use crate::video::{Video, VideoFrame};
@@ -76,11 +76,7 @@ Examples:
   deepsft track --model models/poster-a4 --out track clip")]
 pub struct TrackArguments {
     #[command(flatten)]
-    object: ObjectChoice,
-    #[command(flatten)]
-    descriptors: DescriptorChoice,
-    #[command(flatten)]
-    lookalikes: LookalikeChoice,
+    finder: FinderChoice,
     /// Intrinsics of the camera that took the video; may be for another size of the same aspect ratio
     #[arg(long, value_name = "FILE")]
     camera: Option<PathBuf>,
@@ -151,14 +147,13 @@ pub fn run(arguments: &TrackArguments) -> Result<()> {
     let rate = arguments
         .fps
         .or_else(|| clip.as_ref().map(|clip| clip.description.frames_per_s));
-    let mut video = Video::open(&arguments.video, rate)?;
-    let ChosenTarget { target, name, device } = arguments.object.target(arguments.device)?;
-    let template = &target.template().clone();
+    let mut video = Video::open(&arguments.video, rate, true)?;
+    let mut chosen = arguments.finder.finder(arguments.device)?;
+    let finder = &mut chosen.finder;
+    let template = &finder.target().template().clone();
     if let Some(clip) = &clip {
         check_template(clip, template).blame("clip", &arguments.video)?;
     }
-    let mut finder = arguments.descriptors.finder(target, &name)?;
-    let _lookalikes = arguments.lookalikes.tell_apart(&arguments.object, &mut finder)?;
     finder.look_for_copies(arguments.copies);
     let first = decode(&mut video)?
         .ok_or_else(|| anyhow!("it has no frame: choose another video"))
@@ -172,7 +167,7 @@ pub fn run(arguments: &TrackArguments) -> Result<()> {
         template,
         canonical_camera,
         camera,
-        tracker: VideoFollower::new(&mut finder, options, || milliseconds(began))?,
+        tracker: VideoFollower::new(finder, options, || milliseconds(began))?,
         truth: match &clip {
             Some(clip) => Some(Box::new(clip.truth()?)),
             None => None,
@@ -209,7 +204,7 @@ pub fn run(arguments: &TrackArguments) -> Result<()> {
     let frames = track.frames;
     let report = Report {
         video: arguments.video.display().to_string(),
-        object: name,
+        object: chosen.name.clone(),
         frames: frames.len(),
         ended_early: failure.as_ref().map(failure::message),
         frames_per_s: video.frames_per_s,
@@ -219,7 +214,7 @@ pub fn run(arguments: &TrackArguments) -> Result<()> {
         smoothed: arguments.smooth,
         camera: CameraReport::new(&camera, source),
         canonical_camera: CameraReport::new(&canonical_camera, "model"),
-        device: device.map(|device| device.to_string()),
+        device: chosen.device.as_ref().map(ToString::to_string),
         median_ms: medians(&frames),
         errors: clip.is_some().then(|| Errors::of(&frames)),
         per_frame: frames,
@@ -229,7 +224,7 @@ pub fn run(arguments: &TrackArguments) -> Result<()> {
         let flat = track.flat.as_ref().and_then(|(_, prints)| prints.median());
         if let Some(flat) = flat {
             for (name, bytes) in flat_files(&flat, arguments.unshaded.then(|| template.texture()))? {
-                track.folder.write_whole(&name, &bytes)?;
+                track.folder.write_whole(name, &bytes)?;
             }
         }
         Ok(())
@@ -364,12 +359,8 @@ impl Track<'_> {
         }
         if let (Some(texture), Some(surface)) = (&self.texture_png, surface) {
             let mesh = surface.mesh(self.template.mesh())?;
-            self.folder.write(
-                "meshes",
-                number,
-                "glb",
-                &deepsft_formats::mesh_to_glb(&mesh, texture, &[]),
-            )?;
+            let glb = deepsft_formats::mesh_to_glb(&mesh, texture, &[]);
+            self.folder.write("meshes", number, "glb", &glb)?;
         }
         if let (Some((width, prints)), Some(surface)) = (&mut self.flat, surface.filter(|_| !followed.held)) {
             prints.add(|| surface.flatten(self.template, (image, &self.camera), *width))?;
@@ -394,7 +385,7 @@ impl Track<'_> {
                 .collect(),
         };
         let found = surfaces().map(|surface| surface.map(|surface| &surface.vertices_camera[..]));
-        self.folder.add(&report, found)?;
+        self.folder.add(found)?;
         self.frames.push(report);
         Ok(())
     }
@@ -419,15 +410,8 @@ impl Track<'_> {
 fn print(report: &Report, out: &Path) {
     println!("{} frames, found in {}: {}", report.frames, report.found, out.display());
     let ms = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.1} ms"));
-    let times = &report.median_ms;
-    println!(
-        "medians: decode {}, canonical warp {}, follow {}, catch up {}, finder {}",
-        ms(times.decode),
-        ms(times.canonical_warp),
-        ms(times.follow),
-        ms(times.catch_up),
-        ms(times.finding)
-    );
+    let [decode, warp, follow, catch_up, finder] = report.median_ms.0.map(ms);
+    println!("medians: decode {decode}, canonical warp {warp}, follow {follow}, catch up {catch_up}, finder {finder}");
     let Some(errors) = &report.errors else { return };
     println!(
         "truth: in view in {} frames, registration within {TRACKED_PX} px in {} of them; found where it is not in {}",

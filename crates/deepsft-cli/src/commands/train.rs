@@ -44,19 +44,15 @@ pub fn run(arguments: &TrainArguments) -> Result<()> {
     };
     let data_sets = DataSets::open(&arguments.data, &template, plan.config.held_out_frames)?;
     if let Some(data_sets) = &data_sets {
-        plan.take_training_samples(arguments, data_sets.training);
-        println!(
-            "data {}: {} samples to train on, {} held out at the end",
-            if arguments.data.len() == 1 { "set" } else { "sets" },
-            data_sets.training,
-            data_sets.held_out
-        );
+        let DataSets { training, held_out, .. } = data_sets;
+        plan.take_training_samples(*training);
+        let sets = if arguments.data.len() == 1 { "set" } else { "sets" };
+        println!("data {sets}: {training} samples to train on, {held_out} held out at the end");
     }
     let (device, description) = pollster::block_on(start_device(arguments.device))?;
     let synthesizer = Arc::new(synthesis::synthesizer(&template, &arguments.images)?);
     println!("training on {} ({})", description.kind, description.adapter_name);
     let training = Training {
-        arguments,
         plan: &plan,
         alone: &alone,
         synthesizer,
@@ -68,7 +64,7 @@ pub fn run(arguments: &TrainArguments) -> Result<()> {
         None => training.step_one()?,
         Some(bundle) => (bundle, Vec::new()),
     };
-    if let Some(recording) = plan.recording {
+    if let Some(recording) = &arguments.recording {
         bundle = training.recording_steps(bundle, &curve, recording)?;
     }
     println!("model bundle: {} ({})", arguments.out.display(), bundle.name());

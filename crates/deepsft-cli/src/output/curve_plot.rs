@@ -8,20 +8,14 @@ use deepsft_train::CurvePoint;
 /// Name of the plot in a bundle.
 pub const PLOT_FILE: &str = "curve.png";
 
-/// Colour of the ground.
 const PAPER: [u8; 3] = [255; 3];
-/// Colour of titles and axes.
 const INK: [u8; 3] = [40, 42, 50];
-/// Colour of numbers along axes.
 const FAINT_INK: [u8; 3] = [104, 108, 120];
-/// Colour of the curve.
 const CURVE: [u8; 3] = [196, 61, 44];
-/// Colour of the lines behind it.
 const GRID: [u8; 3] = [228, 230, 235];
 
 /// Height of an em of titles and of numbers, pixels.
 const TITLE_SIZE: f64 = 14.0;
-/// As `TITLE_SIZE`, for numbers and names along axes.
 const NUMBER_SIZE: f64 = 12.0;
 
 /// What x is: below the chart.

@@ -53,17 +53,11 @@ pub fn depth(title: &str, maps: &Maps) -> Panel {
 
 /// The 2nd and the 98th percentile of the depth, mm, whole numbers at least 1 mm apart.
 pub fn depth_range(maps: &Maps) -> [f64; 2] {
-    let mut depths: Vec<f64> = (0..maps.depth().len())
-        .filter(|&p| maps.inside(p))
-        .map(|p| f64::from(maps.depth()[p]))
-        .collect();
+    let inside = (0..maps.depth().len()).filter(|&p| maps.inside(p));
+    let mut depths: Vec<f64> = inside.map(|p| f64::from(maps.depth()[p])).collect();
     depths.sort_unstable_by(f64::total_cmp);
-    let percentile = |fraction: f64| {
-        depths
-            .get((fraction * depths.len() as f64) as usize)
-            .copied()
-            .unwrap_or(0.0)
-    };
+    let at = |fraction: f64| (fraction * depths.len() as f64) as usize;
+    let percentile = |fraction| depths.get(at(fraction)).copied().unwrap_or(0.0);
     let (low, high) = (percentile(0.02).floor(), percentile(0.98).ceil());
     [low, high.max(low + 1.0)]
 }
@@ -146,19 +140,15 @@ pub fn photometric_difference(title: &str, image: &Picture, texture: &Picture, m
     let value = |picture: &Picture, pixel: usize, k: usize| f64::from(picture.rgb()[3 * pixel + k]);
     let lines: [(f64, f64); 3] =
         std::array::from_fn(|k| fitted_line(inside.iter().map(|&p| (value(&drawn, p, k), value(image, p, k)))));
-    values(
-        title,
-        maps,
-        bar(ColorMap::Inferno, [0.0, MAX_DIFFERENCE], "levels"),
-        |pixel| {
-            let difference = |k: usize| {
-                let (gain, offset) = lines[k];
-                (gain * value(&drawn, pixel, k) + offset - value(image, pixel, k)).abs()
-            };
-            maps.inside(pixel)
-                .then(|| (difference(0) + difference(1) + difference(2)) / 3.0)
-        },
-    )
+    let scale = bar(ColorMap::Inferno, [0.0, MAX_DIFFERENCE], "levels");
+    values(title, maps, scale, |pixel| {
+        let difference = |k: usize| {
+            let (gain, offset) = lines[k];
+            (gain * value(&drawn, pixel, k) + offset - value(image, pixel, k)).abs()
+        };
+        let mean = || (difference(0) + difference(1) + difference(2)) / 3.0;
+        maps.inside(pixel).then(mean)
+    })
 }
 
 fn bar(colors: ColorMap, range: [f64; 2], unit: &'static str) -> ColorBar {

@@ -98,6 +98,16 @@ pub struct Row {
     pub panels: Vec<Panel>,
 }
 
+impl Row {
+    /// A row under a `caption`.
+    pub fn new(caption: impl Into<String>, panels: impl IntoIterator<Item = Panel>) -> Self {
+        Self {
+            caption: caption.into(),
+            panels: panels.into_iter().collect(),
+        }
+    }
+}
+
 /// Composes a sheet. `None` when it has no panel.
 pub fn sheet(rows: &[Row]) -> Option<Picture> {
     let first = rows.iter().find_map(|row| row.panels.first())?;
@@ -124,12 +134,8 @@ pub fn sheet(rows: &[Row]) -> Option<Picture> {
         for (i, panel) in row.panels.iter().enumerate() {
             let left = gap + i * (panel_width + gap);
             let title = Lettering::regular(text, FAINT_INK).fitting(&panel.title, panel_width as f64);
-            canvas.write(
-                &panel.title,
-                (left as f64, middle(panel_top - line)),
-                Align::Left,
-                title,
-            );
+            let above = (left as f64, middle(panel_top - line));
+            canvas.write(&panel.title, above, Align::Left, title);
             canvas.draw(&panel.picture, left, panel_top);
             if let Some(bar) = &panel.bar {
                 let below = panel_top + panel_height + gap / 2;

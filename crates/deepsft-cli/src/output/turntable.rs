@@ -41,12 +41,8 @@ pub fn turntable(template: &Template, grade: Option<&SolidGrade>) -> Result<Pict
         let (left, top) = (number % 3 * SIDE, number / 3 * SIDE);
         canvas.draw(&view.image, left, top);
         let corner = (left as f64 + 12.0, top as f64 + 18.0);
-        canvas.write(
-            name.trim_start_matches("the "),
-            corner,
-            Align::Left,
-            Lettering::semibold(16.0, [255; 3]),
-        );
+        let name = name.trim_start_matches("the ");
+        canvas.write(name, corner, Align::Left, Lettering::semibold(16.0, [255; 3]));
         if let Some(grade) = grade {
             let found = format!("found in {:.0} % of views", 100.0 * grade.sides[number].1);
             let below = (corner.0, corner.1 + 20.0);

@@ -41,7 +41,7 @@ fn level(frame: u8) -> u8 {
 }
 
 fn frames(folder: &Path, name: &str) -> Vec<VideoFrame> {
-    let video = Video::open(&folder.join(name), None).unwrap();
+    let video = Video::open(&folder.join(name), None, true).unwrap();
     video.frames.map(Result::unwrap).collect()
 }
 
@@ -97,7 +97,7 @@ fn frames_of_a_variable_rate_keep_their_times_and_come_once() {
             times(&frames)
         );
     }
-    let constant = Video::open(&folder.join("rate.mkv"), Some(10.0)).unwrap();
+    let constant = Video::open(&folder.join("rate.mkv"), Some(10.0), true).unwrap();
     let frames: Vec<_> = constant.frames.map(Result::unwrap).collect();
     assert_eq!(times(&frames)[..3], [0.0, 100.0, 200.0]);
 }
@@ -213,7 +213,7 @@ fn the_video_of_a_file_is_taken_as_it_is_shown() {
             break;
         }
         fs::write(folder.join("turned.mov"), turned).unwrap();
-        let mut video = Video::open(&folder.join("turned.mov"), None).unwrap();
+        let mut video = Video::open(&folder.join("turned.mov"), None, true).unwrap();
         assert_eq!(video.quarters, quarters);
         let picture = video.frames.next().unwrap().unwrap().picture;
         assert_eq!(picture.size(), size.into());
@@ -225,7 +225,7 @@ fn the_video_of_a_file_is_taken_as_it_is_shown() {
             picture.pixel(dark.0, dark.1)[0] < 25 && picture.pixel(bright.0, bright.1)[0] > 35,
             "{quarters}"
         );
-        let mut stored = Video::open_as_stored(&folder.join("turned.mov")).unwrap();
+        let mut stored = Video::open(&folder.join("turned.mov"), None, false).unwrap();
         assert_eq!(stored.frames.next().unwrap().unwrap().picture.size(), (161, 91).into());
     }
 }
@@ -236,7 +236,7 @@ fn what_is_damaged_is_a_warning_and_what_was_cut_an_error() {
     let folder = folder.path();
     let count = |name: &str| -> (usize, Option<String>) {
         let mut count = 0;
-        for frame in Video::open(&folder.join(name), None).unwrap().frames {
+        for frame in Video::open(&folder.join(name), None, true).unwrap().frames {
             match frame {
                 Ok(_) => count += 1,
                 Err(error) => return (count, Some(format!("{error:#}"))),

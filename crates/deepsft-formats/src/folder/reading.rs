@@ -1,5 +1,7 @@
 //! What is read from the disk: cameras, templates, scans, folders of pictures.
 
+#[cfg(feature = "scan")]
+use super::file::{entries, parent};
 use crate::camera::camera_from_json;
 use crate::error::FormatError;
 use crate::picture::{decode_picture, is_picture};
@@ -86,10 +88,7 @@ pub fn read_scan_file(path: &Path, texture: Option<&Path>) -> Result<Scan, Forma
     let picture =
         |path: &Path| decode_picture(&read_bounded(path)?).map_err(|error| FormatError::unreadable(path, error));
     let texture = texture.map(picture).transpose()?;
-    let folder = path
-        .parent()
-        .filter(|folder| *folder != Path::new(""))
-        .unwrap_or(Path::new("."));
+    let folder = parent(path);
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let bytes = read_bounded(path)?;
     let beside = |beside: &Path| {
@@ -99,12 +98,7 @@ pub fn read_scan_file(path: &Path, texture: Option<&Path>) -> Result<Scan, Forma
         }
         // Files from Windows may write its letters otherwise.
         let wanted = path.file_name().unwrap_or_default();
-        let mut entries = path
-            .parent()
-            .and_then(|folder| fs::read_dir(folder).ok())
-            .into_iter()
-            .flatten()
-            .flatten();
+        let mut entries = entries(parent(&path)).unwrap_or_default().into_iter();
         let alike = entries.find(|entry| entry.file_name().eq_ignore_ascii_case(wanted));
         read_bounded(&alike.map_or(path, |entry| entry.path()))
     };
@@ -124,11 +118,10 @@ pub fn read_scan_file(path: &Path, texture: Option<&Path>) -> Result<Scan, Forma
     };
     let mut textured = read_scan(&name, &bytes, Some(texture), &decode_picture, &beside)?;
     textured.notes.extend(scan.notes);
-    let note = format!(
-        "it names no texture: the one picture beside it was taken, {}",
-        path.display()
-    );
-    textured.notes.push(note);
+    let lone = path.display();
+    (textured.notes).push(format!(
+        "it names no texture: the one picture beside it was taken, {lone}"
+    ));
     Ok(textured)
 }
 

@@ -137,8 +137,8 @@ impl StagedFolder {
     ///
     /// # Errors
     /// [`FormatError::Write`].
-    pub fn filled(self, files: &BTreeMap<String, Vec<u8>>) -> Result<Self, FormatError> {
-        files.iter().try_for_each(|(name, bytes)| self.write(name, bytes))?;
+    pub fn filled(self, files: &BTreeMap<impl AsRef<str>, Vec<u8>>) -> Result<Self, FormatError> {
+        (files.iter()).try_for_each(|(name, bytes)| self.write(name.as_ref(), bytes))?;
         Ok(self)
     }
 

@@ -27,11 +27,8 @@ pub(super) fn atlas(textures: &[Picture]) -> Result<(Picture, Vec<Region>), Form
         while texture.width().max(texture.height()) > LONGEST_SIDE {
             *texture = Cow::Owned(texture.halved());
         }
-        let whole = Region {
-            corner: DVec2::ZERO,
-            size: DVec2::ONE,
-        };
-        return Ok((texture.clone().into_owned(), vec![whole]));
+        let (corner, size) = (DVec2::ZERO, DVec2::ONE);
+        return Ok((texture.clone().into_owned(), vec![Region { corner, size }]));
     }
     loop {
         let sizes: Vec<(usize, usize)> = textures.iter().map(|t| (t.width(), t.height())).collect();
@@ -46,7 +43,7 @@ pub(super) fn atlas(textures: &[Picture]) -> Result<(Picture, Vec<Region>), Form
 }
 
 /// Corner (x, y) of each of some rectangles, texels.
-type Corners = Vec<(usize, usize)>;
+pub(super) type Corners = Vec<(usize, usize)>;
 
 /// Lays rectangles (width, height) into a texture hardly larger than they are, at first wider by `spare` texels: the corner (x, y) of each and
 /// the sides of the texture, the longer across. `None` when there is no room. See [`pack_rectangles`].

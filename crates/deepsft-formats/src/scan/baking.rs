@@ -1,6 +1,6 @@
 //! The colours of a scan in a new texture.
 
-use super::atlas::{LONGEST_SIDE, packed};
+use super::atlas::{Corners, LONGEST_SIDE, packed};
 use super::charts::{Chart, charts};
 use super::mending::bits;
 use super::surface::{Surface, Vertex};
@@ -41,12 +41,7 @@ pub(super) fn baked(surface: &Surface, textures: &[Picture]) -> Result<(Triangle
     }
     let full = |side: f64| side / area.sqrt();
     let wanted = brush.density().clamp(full(SHORTEST_SIDE), full(LONGEST_SIDE as f64));
-    let Packing {
-        corners,
-        side,
-        gap,
-        texels_per_mm,
-    } = pack(&charts, wanted)?;
+    let (corners, side, gap, texels_per_mm) = pack(&charts, wanted)?;
     let mut canvas = Canvas::new(side);
     let (mut vertices, mut places, mut faces) = (Vec::new(), Vec::new(), Vec::new());
     let mut known: HashMap<([u64; 3], [u64; 2]), usize> = HashMap::new();
@@ -76,30 +71,15 @@ pub(super) fn baked(surface: &Surface, textures: &[Picture]) -> Result<(Triangle
     ))
 }
 
-/// Where charts lie in a texture.
-struct Packing {
-    /// First texel (column, row) of each.
-    corners: Vec<(usize, usize)>,
-    /// Texels along each side.
-    side: [usize; 2],
-    /// Texels between two.
-    gap: usize,
-    texels_per_mm: f64,
-}
-
-fn pack(charts: &[Chart], wanted: f64) -> Result<Packing, FormatError> {
+/// Where charts lie in a texture: the first texel of each, the texels along each side, between two, and per mm.
+fn pack(charts: &[Chart], wanted: f64) -> Result<(Corners, [usize; 2], usize, f64), FormatError> {
     for gap in GAPS {
         let mut texels_per_mm = wanted;
         for _ in 0..TRIES[usize::from(gap == GAPS[GAPS.len() - 1])] {
             let size = |extent: f64| ((extent * texels_per_mm).ceil() as usize).saturating_add(1);
             let sizes = charts.iter().map(|chart| (size(chart.extent.x), size(chart.extent.y)));
             if let Some((corners, side)) = packed(&sizes.collect::<Vec<_>>(), gap, gap) {
-                return Ok(Packing {
-                    corners,
-                    side,
-                    gap,
-                    texels_per_mm,
-                });
+                return Ok((corners, side, gap, texels_per_mm));
             }
             texels_per_mm *= SMALLER;
         }

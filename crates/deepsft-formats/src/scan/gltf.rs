@@ -299,16 +299,13 @@ impl Reading<'_, '_> {
 
 /// Where a node has itself in the frame of the one above.
 fn parent_from_node(node: &Node) -> DMat4 {
+    let vector = |numbers: [f32; 3]| Vec3::from_array(numbers).as_dvec3();
     match &node.matrix {
         Some(matrix) => Mat4::from_cols_array(matrix).as_dmat4(),
         None => DMat4::from_scale_rotation_translation(
-            node.scale
-                .map_or(DVec3::ONE, |scale| Vec3::from_array(scale).as_dvec3()),
-            (node.rotation).map_or(DQuat::IDENTITY, |rotation| {
-                Quat::from_array(rotation.0).as_dquat().normalize()
-            }),
-            node.translation
-                .map_or(DVec3::ZERO, |shift| Vec3::from_array(shift).as_dvec3()),
+            node.scale.map_or(DVec3::ONE, vector),
+            (node.rotation).map_or(DQuat::IDENTITY, |turn| Quat::from_array(turn.0).as_dquat().normalize()),
+            node.translation.map_or(DVec3::ZERO, vector),
         ),
     }
 }

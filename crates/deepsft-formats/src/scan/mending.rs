@@ -10,22 +10,9 @@ const CRUMB: f64 = 0.001;
 /// Fraction of the whole area that crumbs have together at most.
 const MOST_CRUMBS: f64 = 0.05;
 
-/// Faces that hang together as those of an object do.
-pub(super) struct Mended {
-    pub(super) faces: Vec<[usize; 3]>,
-    /// How many of them were turned over.
-    pub(super) turned: usize,
-    /// How many pieces were left out.
-    pub(super) crumbs: usize,
-    /// How many faces were left out because front and back are one there.
-    pub(super) torn: usize,
-    /// How many faces were left out because they stand on an edge of two others.
-    pub(super) fins: usize,
-}
-
 /// Turns over what has its front on another side than most of its piece, and leaves out pieces that are small beside the whole, fins and
-/// faces at which a twisted band meets its own back.
-pub(super) fn mended(positions: &[DVec3], faces: &[[usize; 3]]) -> Mended {
+/// faces at which a twisted band meets its own back. `note` is told how many of each.
+pub(super) fn mended(positions: &[DVec3], faces: &[[usize; 3]], note: &mut impl FnMut(usize, &str)) -> Vec<[usize; 3]> {
     let (faces, fins) = without_fins(positions, faces);
     let on_points = on_points(positions, &faces);
     let mut pieces = DisjointSets::new(faces.len());
@@ -96,13 +83,20 @@ pub(super) fn mended(positions: &[DVec3], faces: &[[usize; 3]]) -> Mended {
         let mut torn = is_torn.into_iter();
         kept.retain(|_| torn.next() == Some(false));
     }
-    Mended {
-        torn: whole - kept.len(),
-        faces: oriented(&faces, &kept),
+    note(
         turned,
-        crumbs: if has_crumbs { crumbs.len() } else { 0 },
-        fins,
-    }
+        "faces had their fronts on the other side than those around them and were turned",
+    );
+    note(
+        if has_crumbs { crumbs.len() } else { 0 },
+        "small pieces beside it were left out",
+    );
+    note(fins, "faces that stand on an edge of two others were left out");
+    note(
+        whole - kept.len(),
+        "faces with no side for their front were left out, as of a twisted band",
+    );
+    oriented(&faces, &kept)
 }
 
 fn double_area(positions: &[DVec3], face: [usize; 3]) -> f64 {

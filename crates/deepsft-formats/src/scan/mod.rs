@@ -82,7 +82,6 @@ struct Textures<'a> {
     /// What the scan calls each of the pictures.
     named: Vec<String>,
     pictures: Vec<Picture>,
-    bytes: usize,
     notes: Vec<String>,
 }
 
@@ -100,8 +99,8 @@ impl Textures<'_> {
         match read(self).and_then(|bytes| (self.decode)(&bytes)) {
             Err(error) => self.note(format!("its texture {name:?}: {error}")),
             Ok(picture) => {
-                self.bytes += picture.rgb().len();
-                if self.bytes <= MAX_TEXTURE_BYTES {
+                let pictures = self.pictures.iter().chain([&picture]);
+                if pictures.map(|picture| picture.rgb().len()).sum::<usize>() <= MAX_TEXTURE_BYTES {
                     self.named.push(name.to_owned());
                     self.pictures.push(picture);
                     return Some(self.pictures.len() - 1);

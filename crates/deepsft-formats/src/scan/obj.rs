@@ -40,20 +40,15 @@ pub(super) fn parts(bytes: &[u8], textures: &mut Textures<'_>) -> Result<Vec<Sca
         }
     }
     for (name, count) in bare {
-        textures.notes.push(format!(
-            "{count} faces{} have no texture coordinates (vt) and were left out",
-            in_part(name)
-        ));
+        let part = if name.is_empty() {
+            String::new()
+        } else {
+            format!(" of its part {name:?}")
+        };
+        let note = format!("{count} faces{part} have no texture coordinates (vt) and were left out");
+        textures.notes.push(note);
     }
     Ok(parts)
-}
-
-/// Where in the file something is, by the name of its part.
-fn in_part(name: &str) -> String {
-    match name {
-        "" => String::new(),
-        name => format!(" of its part {name:?}"),
-    }
 }
 
 /// What is read of a material.

@@ -166,44 +166,40 @@ struct Element {
 struct Property {
     name: String,
     /// Of the number of values before them, if it is a list.
-    length: Option<&'static Kind>,
-    kind: &'static Kind,
+    length: Option<Kind>,
+    kind: Kind,
 }
 
 /// A kind of numbers.
+#[derive(Clone, Copy)]
 struct Kind {
-    /// What they are called.
-    names: [&'static str; 2],
     /// The largest value of a colour.
     white: f64,
     /// Reads a binary one.
     read: fn(&mut Numbers<'_>) -> Result<f64, FormatError>,
 }
 
-macro_rules! kind {
-    ($names:expr, $white:expr, $number:ty) => {
-        Kind {
-            names: $names,
-            white: $white,
-            read: |numbers| Ok(<$number>::from_le_bytes(numbers.bytes()?).into()),
-        }
-    };
-}
-
-static KINDS: [Kind; 8] = [
-    kind!(["char", "int8"], 255.0, i8),
-    kind!(["uchar", "uint8"], 255.0, u8),
-    kind!(["short", "int16"], 65_535.0, i16),
-    kind!(["ushort", "uint16"], 65_535.0, u16),
-    kind!(["int", "int32"], 1.0, i32),
-    kind!(["uint", "uint32"], 1.0, u32),
-    kind!(["float", "float32"], 1.0, f32),
-    kind!(["double", "float64"], 1.0, f64),
-];
-
 impl Kind {
-    fn named(name: &str) -> Option<&'static Self> {
-        KINDS.iter().find(|kind| kind.names.contains(&name))
+    fn named(name: &str) -> Option<Self> {
+        macro_rules! kind {
+            ($number:ty, $white:expr) => {
+                Self {
+                    white: $white,
+                    read: |numbers| Ok(<$number>::from_le_bytes(numbers.bytes()?).into()),
+                }
+            };
+        }
+        Some(match name {
+            "char" | "int8" => kind!(i8, 255.0),
+            "uchar" | "uint8" => kind!(u8, 255.0),
+            "short" | "int16" => kind!(i16, 65_535.0),
+            "ushort" | "uint16" => kind!(u16, 65_535.0),
+            "int" | "int32" => kind!(i32, 1.0),
+            "uint" | "uint32" => kind!(u32, 1.0),
+            "float" | "float32" => kind!(f32, 1.0),
+            "double" | "float64" => kind!(f64, 1.0),
+            _ => return None,
+        })
     }
 }
 
@@ -321,7 +317,7 @@ struct Numbers<'a> {
 }
 
 impl Numbers<'_> {
-    fn next(&mut self, kind: &Kind) -> Result<f64, FormatError> {
+    fn next(&mut self, kind: Kind) -> Result<f64, FormatError> {
         self.read += 1;
         if self.read > MAX_NUMBERS {
             return refused(format!("it has more than {MAX_NUMBERS} numbers: make it coarser"));

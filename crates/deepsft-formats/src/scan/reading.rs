@@ -27,7 +27,6 @@ pub fn read_scan(
         are_wanted: texture.is_none(),
         named: Vec::new(),
         pictures: Vec::new(),
-        bytes: 0,
         notes: Vec::new(),
     };
     if bytes.is_empty() {

@@ -1,6 +1,6 @@
 //! The parts of a scan as one surface: welded, mended, in our axes.
 
-use super::mending::{Mended, bits, mended};
+use super::mending::{bits, mended};
 use super::{ScanPart, Wrap, refused};
 use crate::error::FormatError;
 use deepsft_geometry::glam::{DVec2, DVec3};
@@ -78,23 +78,7 @@ impl Surface {
         if raw.faces.is_empty() {
             return refused("none of its faces has an area: export it again");
         }
-        let Mended {
-            faces,
-            turned,
-            crumbs,
-            torn,
-            fins,
-        } = mended(&raw.positions(), &raw.faces);
-        note(
-            turned,
-            "faces had their fronts on the other side than those around them and were turned",
-        );
-        note(crumbs, "small pieces beside it were left out");
-        note(fins, "faces that stand on an edge of two others were left out");
-        note(
-            torn,
-            "faces with no side for their front were left out, as of a twisted band",
-        );
+        let faces = mended(&raw.positions(), &raw.faces, &mut note);
         // Without the vertices of what was left out.
         let mut surface = Self {
             paints: raw.paints,

@@ -98,13 +98,8 @@ pub fn run(arguments: &BoardArguments) -> Result<()> {
         _ => return Err(usage("--out must end in .pdf or .png")),
     };
     deepsft_formats::write_file(&arguments.out, &bytes)?;
-    println!(
-        "{} on a page of {} x {} mm: {}",
-        words.replace("   |   ", "; "),
-        page.x,
-        page.y,
-        arguments.out.display()
-    );
+    let (words, out) = (words.replace("   |   ", "; "), arguments.out.display());
+    println!("{words} on a page of {} x {} mm: {out}", page.x, page.y);
     Ok(())
 }
 
@@ -113,21 +108,12 @@ fn drawn(patches: &[BoardPatch], page: DVec2, words: &str) -> Picture {
     let mut canvas = Canvas::new(page.x as usize, page.y as usize, [255; 3]);
     for patch in patches {
         let (corner, side) = (patch.top_left * PIXELS_PER_MM, patch.side * PIXELS_PER_MM);
-        canvas.fill(
-            corner.x,
-            corner.y,
-            side,
-            side,
-            if patch.is_black { [0; 3] } else { [255; 3] },
-        );
+        let color = if patch.is_black { [0; 3] } else { [255; 3] };
+        canvas.fill(corner.x, corner.y, side, side, color);
     }
     let lettering = Lettering::regular(3.0 * PIXELS_PER_MM, [0; 3]);
-    canvas.write(
-        words,
-        (page.x / 2.0, page.y - 5.0 * PIXELS_PER_MM),
-        Align::Centre,
-        lettering,
-    );
+    let below = (page.x / 2.0, page.y - 5.0 * PIXELS_PER_MM);
+    canvas.write(words, below, Align::Centre, lettering);
     canvas.into_picture()
 }
 

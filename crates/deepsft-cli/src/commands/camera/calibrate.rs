@@ -168,21 +168,16 @@ fn target(arguments: &CalibrateArguments) -> Result<FlatTarget> {
     let target = &arguments.target;
     if let Some(squares) = target.charuco {
         let board = squares.board(ANY_SQUARE_MM)?;
-        let markers = (arguments.dictionary.as_deref(), arguments.marker);
-        let board = match markers {
+        let board = match (arguments.dictionary.as_deref(), arguments.marker) {
             (None, None) => Ok(board),
             (dictionary, marker) => board.with_markers(dictionary.unwrap_or("4X4_50"), marker.unwrap_or(0.75)),
         };
-        let board = board.and_then(|board| {
-            if arguments.legacy {
-                board.with_legacy_pattern()
-            } else {
-                Ok(board)
-            }
+        let board = board.and_then(|board| match arguments.legacy {
+            true => board.with_legacy_pattern(),
+            false => Ok(board),
         });
-        let board = board.map_err(|error| usage(error.to_string()))?;
-        let detector = CornerDetector::charuco(&board).map_err(|error| usage(error.to_string()))?;
-        return Ok(FlatTarget::board(detector));
+        let detector = board.and_then(|board| CornerDetector::charuco(&board));
+        return Ok(FlatTarget::board(detector.map_err(|error| usage(error.to_string()))?));
     }
     if target.checkerboard {
         return Ok(FlatTarget::board(CornerDetector::checkerboard()?));
@@ -247,7 +242,7 @@ fn views(target: &mut FlatTarget, inputs: &[PathBuf]) -> Result<Seen> {
         } else if input::is_picture(path) {
             photograph(path, &mut look);
         } else {
-            for (frame, picture) in Video::open_as_stored(path)?.frames.enumerate() {
+            for (frame, picture) in Video::open(path, None, false)?.frames.enumerate() {
                 let picture = match picture {
                     Ok(frame) => frame.picture,
                     Err(error) => {
@@ -351,22 +346,18 @@ fn print(report: &Report, out: &Path, size: ImageSize, chosen: bool) {
             p.name, p.value, p.standard_deviation
         );
     }
-    println!(
-        "  RMS {:.3} px over {} points in {} views, {} left out as wrong",
-        report.rms_px,
-        report.points,
-        used.len(),
-        report.points_left_out
-    );
-    if chosen && used.len() >= 3 && report.model != "polynomial" {
+    let (used, points, left_out) = (used.len(), report.points, report.points_left_out);
+    let rms_px = report.rms_px;
+    println!("  RMS {rms_px:.3} px over {points} points in {used} views, {left_out} left out as wrong");
+    if chosen && used >= 3 && report.model != "polynomial" {
         println!("  the views do not ask for more unknowns; --model polynomial solves for them all the same");
     }
-    if used.len() < 3 {
+    if used < 3 {
         println!(
             "  so few views tell the focal length alone: take 10 to 20, each tilted another way, for the rest of the camera"
         );
     }
-    if report.rms_px > 1.0 {
+    if rms_px > 1.0 {
         println!(
             "  that is much: is the target flat, the photographs sharp? A lens of more than 100 degrees needs --model fisheye"
         );

@@ -28,20 +28,15 @@ pub struct ImportArguments {
 pub fn run(arguments: &ImportArguments) -> Result<()> {
     let camera = read_camera(&arguments.file)?;
     write_file(&arguments.out, camera_to_json(&camera).as_bytes())?;
-    let (focal, centre) = (camera.focal(), camera.principal_point());
+    let ([fx, fy], [cx, cy]) = (camera.focal().to_array(), camera.principal_point().to_array());
     let lens = match camera.lens() {
         Lens::Pinhole => "no distortion".to_owned(),
         Lens::Polynomial(coefficients) => format!("k1, k2, p1, p2, k3 {coefficients:.5?}"),
         Lens::Fisheye(coefficients) => format!("fisheye k1, k2, k3, k4 {coefficients:.5?}"),
     };
+    let (out, size) = (arguments.out.display(), camera.size());
     println!(
-        "{}: {} pixels, focal length {:.2}, {:.2}, principal point {:.2}, {:.2} from the corner, {lens}",
-        arguments.out.display(),
-        camera.size(),
-        focal.x,
-        focal.y,
-        centre.x,
-        centre.y
+        "{out}: {size} pixels, focal length {fx:.2}, {fy:.2}, principal point {cx:.2}, {cy:.2} from the corner, {lens}"
     );
     Ok(())
 }

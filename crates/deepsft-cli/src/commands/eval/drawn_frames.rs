@@ -72,12 +72,9 @@ impl DrawnFrames {
 
     /// The rows of the sheet, `place` before each caption, for maps of `camera`.
     pub fn rows(&self, template: &Template, camera: &Camera, place: &str) -> Vec<sheet::Row> {
-        let row = |frame: &Frame, kind: &str| sheet::Row {
-            caption: format!("{place}{kind}{}", frame.caption()),
-            panels: columns(frame, template, camera)
-                .into_iter()
-                .map(sheet::Panel::halved)
-                .collect(),
+        let row = |frame: &Frame, kind: &str| {
+            let panels = columns(frame, template, camera).into_iter().map(sheet::Panel::halved);
+            sheet::Row::new(format!("{place}{kind}{}", frame.caption()), panels)
         };
         let spread = self.spread.iter().map(|frame| row(frame, ""));
         let worst = self.worst.iter().map(|frame| row(frame, self.kind.worst_are));
@@ -193,16 +190,14 @@ mod tests {
             let uv = [(pixel % 480) as f32 / 300.0, (pixel / 480) as f32 / 200.0];
             maps.set(pixel, 400.0, uv);
         }
-        let truth = if measured {
-            FrameTruth::Measured {
-                depth_mm: vec![400.0; 480 * 270],
-                mask: None,
-            }
-        } else {
-            FrameTruth::Exact {
-                maps: maps.clone(),
-                has_template: true,
-            }
+        let (depth_mm, mask, has_template) = (vec![400.0; 480 * 270], None, true);
+        let exact = maps.clone();
+        let truth = match measured {
+            true => FrameTruth::Measured { depth_mm, mask },
+            false => FrameTruth::Exact {
+                maps: exact,
+                has_template,
+            },
         };
         let image = Picture::from_fn(480, 270, |_, _| [90; 3]);
         let judgement = Judgement {
@@ -263,17 +258,14 @@ mod tests {
 
     #[test]
     fn five_frames_are_spread_over_the_set_and_the_worst_comes_last() {
-        let errors = [1.0, 9.0].map(Some);
-        let errors: Vec<Option<f64>> = (0..20).map(|index| errors[usize::from(index == 13)]).collect();
-        let starts = [
-            "frame 0",
-            "frame 5",
-            "frame 8",
-            "frame 12",
-            "frame 16",
-            "the worst, frame 13",
-        ];
-        assert_eq!(captions(&FIGURE, &errors), starts.map(|start| format!("here, {start}")));
+        let errors: Vec<Option<f64>> = (0..20).map(|index| Some(if index == 13 { 9.0 } else { 1.0 })).collect();
+        let starts = ["", "", "", "", "", "the worst, "]
+            .into_iter()
+            .zip([0, 5, 8, 12, 16, 13]);
+        let starts: Vec<String> = starts
+            .map(|(kind, index)| format!("here, {kind}frame {index}"))
+            .collect();
+        assert_eq!(captions(&FIGURE, &errors), starts);
     }
 
     #[test]

@@ -4,13 +4,11 @@ use crate::camera_choice;
 use crate::numbers::positive;
 use crate::{input, interruption, progress};
 use anyhow::Result;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use deepsft_formats::read_template;
 use deepsft_synth::{FramePairing, RecordingImport, RecordingSource, RgbdSensor, TRUTH_FOLDER, TruthSource};
 use std::path::PathBuf;
-
-/// How many files without a partner are named.
-const NAMED: usize = 8;
 
 #[derive(Args)]
 #[command(after_help = "\
@@ -66,8 +64,8 @@ pub struct ImportArguments {
     #[arg(long, value_name = "PLACE", requires = "object")]
     truth: Option<PathBuf>,
     /// Unit of the true surfaces
-    #[arg(long, value_name = "UNIT", default_value = "mm")]
-    truth_unit: Unit,
+    #[arg(long, value_name = "UNIT", default_value = "mm", value_parser = PossibleValuesParser::new(["mm", "m"]).map(|unit| if unit == "m" { 1000.0 } else { 1.0 }))]
+    truth_unit: f64,
     /// Model bundle of the object
     #[arg(long, value_name = "BUNDLE", group = "object", requires = "truth")]
     model: Option<PathBuf>,
@@ -89,12 +87,6 @@ enum Pairs {
     Time,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
-enum Unit {
-    Mm,
-    M,
-}
-
 impl From<Pairs> for FramePairing {
     fn from(pairs: Pairs) -> Self {
         match pairs {
@@ -113,14 +105,10 @@ impl ImportArguments {
             (None, Some(folder)) => read_template(folder)?,
             (None, None) => return Ok(None),
         };
-        let mm_per_unit = match self.truth_unit {
-            Unit::Mm => 1.0,
-            Unit::M => 1000.0,
-        };
         Ok(self.truth.clone().map(|files| TruthSource {
             files,
             template,
-            mm_per_unit,
+            mm_per_unit: self.truth_unit,
         }))
     }
 }
@@ -139,10 +127,8 @@ pub fn run(arguments: &ImportArguments) -> Result<()> {
     })?;
     let left_out = import.left_out();
     if !left_out.is_empty() {
-        let names = left_out.iter().take(NAMED).map(|path| path.display().to_string());
-        let more = if left_out.len() > NAMED { ", ..." } else { "" };
-        let list = names.collect::<Vec<_>>().join(", ");
-        eprintln!("note: left out, without a partner: {list}{more}");
+        let names = input::listed(left_out.iter().map(PathBuf::as_path));
+        eprintln!("note: left out, without a partner: {names}");
     }
     interruption::watch()?;
     let bar = progress::counting(import.frames() as u64, "frames");

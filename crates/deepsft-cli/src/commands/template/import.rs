@@ -6,7 +6,9 @@ use crate::output::turntable;
 use anyhow::Result;
 use clap::Args;
 use deepsft::template_to_files;
-use deepsft_formats::{ScannedTemplate, TEXTURE_FILE, assemble_scan, read_scan_file};
+use deepsft_formats::{
+    FolderKind, ScannedTemplate, TEXTURE_FILE, assemble_scan, check_folder, read_scan_file, write_folder,
+};
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::{UnrolledSheet, unroll};
 use std::path::{Path, PathBuf};
@@ -51,7 +53,7 @@ pub struct ImportArguments {
 }
 
 pub fn run(arguments: &ImportArguments) -> Result<()> {
-    deepsft_formats::check_folder(&arguments.out, &deepsft_formats::FolderKind::TEMPLATE)?;
+    check_folder(&arguments.out, &FolderKind::TEMPLATE)?;
     let read = || {
         let mut scan = read_scan_file(&arguments.scan, arguments.texture.as_deref())?;
         scan.mm_per_unit = arguments.scale.unwrap_or(scan.mm_per_unit);
@@ -102,11 +104,7 @@ fn write_sheet(out: &Path, sheet: &UnrolledSheet) -> Result<()> {
             "note: it has two sides, {mm:.1} mm apart: the one with more on it was taken, and the other left out"
         );
     }
-    deepsft_formats::write_folder(
-        out,
-        &deepsft_formats::FolderKind::TEMPLATE,
-        &template_to_files(template)?,
-    )?;
+    write_folder(out, &FolderKind::TEMPLATE, &template_to_files(template)?)?;
     let (size, pixels, percent) = (template.size_mm(), template.texture().size(), 100.0 * stretch);
     println!(
         "flat sheet of {:.1} x {:.1} mm with {pixels} pixels, laid flat with {percent:.1} % of stretching: {}",

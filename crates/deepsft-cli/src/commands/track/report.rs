@@ -4,7 +4,7 @@ use crate::camera_choice::CameraReport;
 use deepsft::session::{Detection, FrameTimes};
 use deepsft_geometry::metrics::Summary;
 use deepsft_train::tracking_errors::TRACKED_PX;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 /// The content of `track.json`.
 #[derive(Serialize)]
@@ -62,13 +62,17 @@ pub struct CopyReport {
     pub correlation: f64,
 }
 
-#[derive(Clone, Copy, Default, Serialize)]
-pub struct StageTimes {
-    pub decode: Option<f64>,
-    pub canonical_warp: Option<f64>,
-    pub follow: Option<f64>,
-    pub catch_up: Option<f64>,
-    pub finding: Option<f64>,
+/// The stages of a frame.
+const STAGES: [&str; 5] = ["decode", "canonical_warp", "follow", "catch_up", "finding"];
+
+/// The milliseconds of each stage, as far as there were any.
+#[derive(Clone, Copy)]
+pub struct StageTimes(pub [Option<f64>; STAGES.len()]);
+
+impl Serialize for StageTimes {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(STAGES.iter().zip(self.0))
+    }
 }
 
 /// What the truth says of a frame.
@@ -100,28 +104,15 @@ pub struct MeanMedian {
 
 impl StageTimes {
     pub fn new(decode_ms: f64, times: &FrameTimes) -> Self {
-        Self {
-            decode: Some(decode_ms),
-            canonical_warp: Some(times.warp),
-            follow: Some(times.follow),
-            catch_up: times.catch_up,
-            finding: times.finding,
-        }
+        let (warp_ms, follow_ms) = (Some(times.warp), Some(times.follow));
+        Self([Some(decode_ms), warp_ms, follow_ms, times.catch_up, times.finding])
     }
 }
 
 /// The medians of the stages' times.
 pub fn medians(frames: &[FrameReport]) -> StageTimes {
-    let median = |time: fn(&StageTimes) -> Option<f64>| {
-        Summary::of(frames.iter().map(|frame| time(&frame.ms))).map(|summary| summary.median)
-    };
-    StageTimes {
-        decode: median(|ms| ms.decode),
-        canonical_warp: median(|ms| ms.canonical_warp),
-        follow: median(|ms| ms.follow),
-        catch_up: median(|ms| ms.catch_up),
-        finding: median(|ms| ms.finding),
-    }
+    let summary = |stage: usize| Summary::of(frames.iter().map(|frame| frame.ms.0[stage]));
+    StageTimes(std::array::from_fn(|stage| Some(summary(stage)?.median)))
 }
 
 impl Errors {
@@ -158,8 +149,9 @@ pub const TABLE_HEADER: &str = "frame,time_s,found,held,correlation,iterations,d
 /// A frame's line of `track.csv`; a cell is empty where the frame has no such value.
 pub fn table_row(frame: &FrameReport) -> String {
     let cell = |value: Option<f64>| value.map_or_else(String::new, |value| format!("{value:.4}"));
-    let (ms, detection, truth) = (&frame.ms, frame.detection, frame.truth);
+    let (detection, truth) = (frame.detection, frame.truth);
     let by = detection.and_then(|detection| detection.by);
+    let times = frame.ms.0.map(cell).join(",");
     let cells = [
         frame.frame.to_string(),
         format!("{:.6}", frame.time_s),
@@ -170,11 +162,7 @@ pub fn table_row(frame: &FrameReport) -> String {
         detection.map_or_else(String::new, |detection| detection.of_frame.to_string()),
         by.map_or_else(String::new, |by| by.name().to_owned()),
         detection.map_or_else(String::new, |detection| detection.effect.name().to_owned()),
-        cell(ms.decode),
-        cell(ms.canonical_warp),
-        cell(ms.follow),
-        cell(ms.catch_up),
-        cell(ms.finding),
+        times,
         cell(truth.map(|truth| truth.print_in_view)),
         cell(truth.and_then(|truth| truth.registration_rmse_px)),
         cell(truth.and_then(|truth| truth.points_rmse_mm)),

@@ -1,9 +1,8 @@
 //! The folder of a track, written frame by frame.
 
-use super::report::{self, FrameReport, Report};
-use crate::paths::beside;
+use super::report::{self, Report};
 use anyhow::{Context, Result};
-use deepsft_formats::{FolderKind, StagedFolder};
+use deepsft_formats::{FolderKind, StagedFolder, unfinished_folder};
 use deepsft_geometry::glam::DVec3;
 use deepsft_synth::frame_name;
 use serde_json::Value;
@@ -13,6 +12,7 @@ use std::path::{Path, PathBuf};
 
 /// Name of the report, by which a folder of results is known.
 const TRACK_FILE: &str = "track.json";
+const VERTICES_FILE: &str = "vertices.npy";
 
 /// The folder of a track.
 pub const TRACK_FOLDER: FolderKind = FolderKind {
@@ -20,7 +20,7 @@ pub const TRACK_FOLDER: FolderKind = FolderKind {
     files: &[
         TRACK_FILE,
         "track.csv",
-        "vertices.npy",
+        VERTICES_FILE,
         "flat.png",
         "flat-confidence.png",
         "meshes/frame-#.glb",
@@ -33,14 +33,10 @@ pub const TRACK_FOLDER: FolderKind = FolderKind {
 pub struct TrackFolder {
     place: PathBuf,
     folder: StagedFolder,
-    table: BufWriter<File>,
     vertices: BufWriter<File>,
     /// Copies of the object and vertices of each.
     copies: usize,
     vertices_per_copy: usize,
-    /// Frames that are in table and vertices, and the length of the table with them, bytes.
-    frames: usize,
-    table_bytes: u64,
 }
 
 impl TrackFolder {
@@ -48,108 +44,74 @@ impl TrackFolder {
     pub fn new(path: &Path, copies: usize, vertices_per_copy: usize) -> Result<Self> {
         if is_whole(path) {
             // There the frames are kept if the video ends early.
-            deepsft_formats::check_folder(&partial(path), &TRACK_FOLDER)?;
+            deepsft_formats::check_folder(&unfinished_folder(path), &TRACK_FOLDER)?;
         }
         let folder = StagedFolder::new(path, &TRACK_FOLDER)?;
-        let create = |name: &str| {
-            let file = File::create(folder.path().join(name)).with_context(|| unwritten(path));
-            file.map(BufWriter::new)
+        let create = || -> std::io::Result<_> {
+            let mut vertices = BufWriter::new(File::create(folder.path().join(VERTICES_FILE))?);
+            vertices.write_all(&deepsft_formats::f32_npy_header(&shape(0, copies, vertices_per_copy)))?;
+            Ok(vertices)
         };
-        let (mut table, mut vertices) = (create("track.csv")?, create("vertices.npy")?);
-        table
-            .write_all(report::TABLE_HEADER.as_bytes())
-            .and_then(|()| vertices.write_all(&deepsft_formats::f32_npy_header(&shape(0, copies, vertices_per_copy))))
-            .with_context(|| unwritten(path))?;
+        let vertices = create().with_context(|| unwritten(path))?;
         Ok(Self {
             place: path.to_path_buf(),
             folder,
-            table,
             vertices,
             copies,
             vertices_per_copy,
-            frames: 0,
-            table_bytes: report::TABLE_HEADER.len() as u64,
         })
     }
 
-    /// Adds a frame to table and vertices: those of each copy, `None` of one that was not found.
-    pub fn add<'a>(
-        &mut self,
-        frame: &FrameReport,
-        vertices_camera: impl IntoIterator<Item = Option<&'a [DVec3]>>,
-    ) -> Result<()> {
-        let row = report::table_row(frame);
-        let write = || -> Result<()> {
-            self.table.write_all(row.as_bytes())?;
-            for copy in vertices_camera {
-                match copy {
-                    Some(vertices) => {
-                        for value in vertices.iter().flat_map(|p| p.as_vec3().to_array()) {
-                            self.vertices.write_all(&value.to_le_bytes())?;
-                        }
-                    }
-                    None => {
-                        for _ in 0..3 * self.vertices_per_copy {
-                            self.vertices.write_all(&f32::NAN.to_le_bytes())?;
-                        }
-                    }
-                }
-            }
-            Ok(())
-        };
-        write().with_context(|| unwritten(&self.place))?;
-        self.frames += 1;
-        self.table_bytes += row.len() as u64;
-        Ok(())
+    /// Adds the vertices of a frame: those of each copy, `None` of one that was not found.
+    pub fn add<'a>(&mut self, vertices_camera: impl IntoIterator<Item = Option<&'a [DVec3]>>) -> Result<()> {
+        let nowhere = vec![DVec3::NAN; self.vertices_per_copy];
+        let vertices = vertices_camera.into_iter().flat_map(|copy| copy.unwrap_or(&nowhere));
+        let values = vertices.flat_map(|p| p.as_vec3().to_array());
+        let bytes: Vec<u8> = values.flat_map(f32::to_le_bytes).collect();
+        self.vertices.write_all(&bytes).with_context(|| unwritten(&self.place))
     }
 
     /// Writes a file of the whole track.
     pub fn write_whole(&self, name: &str, bytes: &[u8]) -> Result<()> {
-        Ok(deepsft_formats::write_file(&self.folder.path().join(name), bytes)?)
+        Ok(self.folder.write(name, bytes)?)
     }
 
     /// Writes a file of the frame `number` into the folder `kind`.
     pub fn write(&self, kind: &str, number: usize, ending: &str, bytes: &[u8]) -> Result<()> {
-        let folder = self.folder.path().join(kind);
-        fs::create_dir_all(&folder).with_context(|| unwritten(&self.place))?;
-        Ok(deepsft_formats::write_file(
-            &folder.join(frame_name(number, ending)),
-            bytes,
-        )?)
+        self.write_whole(&format!("{kind}/{}", frame_name(number, ending)), bytes)
     }
 
     /// Writes the report and puts the folder in its place, which is returned: beside an older track that is whole if this one
     /// is not.
     pub fn commit(mut self, report: &Report) -> Result<PathBuf> {
+        let frames = report.frames;
         // What the disk took of a frame before it was full goes.
         for (kind, ending) in [("pictures", "png"), ("meshes", "glb")] {
-            let _ = fs::remove_file(self.folder.path().join(kind).join(frame_name(self.frames, ending)));
+            let _ = fs::remove_file(self.folder.path().join(kind).join(frame_name(frames, ending)));
         }
-        let mut finish = || -> Result<()> {
-            self.table.flush()?;
-            self.table.get_ref().set_len(self.table_bytes)?;
-            self.table.get_ref().sync_all()?;
+        let mut finish = || -> std::io::Result<()> {
             // The number of frames is known only now; the header has the same length whatever it is.
             self.vertices.seek(SeekFrom::Start(0))?;
-            let shape = shape(self.frames, self.copies, self.vertices_per_copy);
+            let shape = shape(frames, self.copies, self.vertices_per_copy);
             let header = deepsft_formats::f32_npy_header(&shape);
             self.vertices.write_all(&header)?;
             self.vertices.flush()?;
-            let values: usize = shape.iter().product();
-            let bytes = header.len() + values * size_of::<f32>();
+            let bytes = header.len() + shape.iter().product::<usize>() * size_of::<f32>();
             self.vertices.get_ref().set_len(bytes as u64)?;
-            Ok(self.vertices.get_ref().sync_all()?)
+            self.vertices.get_ref().sync_all()
         };
         finish().with_context(|| unwritten(&self.place))?;
-        let path = self.folder.path().join(TRACK_FILE);
-        deepsft_formats::write_file(&path, &serde_json::to_vec_pretty(report)?)?;
+        let rows = report.per_frame.iter().map(report::table_row);
+        let table = report::TABLE_HEADER.to_owned() + &rows.collect::<String>();
+        self.write_whole("track.csv", table.as_bytes())?;
+        self.write_whole(TRACK_FILE, &serde_json::to_vec_pretty(report)?)?;
         let place = match report.ended_early {
-            Some(_) if is_whole(&self.place) => partial(&self.place),
+            Some(_) if is_whole(&self.place) => unfinished_folder(&self.place),
             _ => self.place,
         };
         self.folder.commit_to(&place)?;
         if report.ended_early.is_none() {
-            remove_track(&partial(&place))?;
+            remove_track(&unfinished_folder(&place))?;
         }
         Ok(place)
     }
@@ -166,11 +128,6 @@ fn shape(frames: usize, copies: usize, vertices: usize) -> Vec<usize> {
 /// What could not be done, for people.
 fn unwritten(place: &Path) -> String {
     format!("could not write {}", place.display())
-}
-
-/// Where a track that ends early is put if the one at `place` is whole.
-fn partial(place: &Path) -> PathBuf {
-    beside(place, ".partial")
 }
 
 /// Removes the track in `folder`, if there is one; files that are not of a track stay.

@@ -3,18 +3,16 @@
 use super::arguments::{Preset, TrainArguments};
 use crate::failure::usage;
 use crate::network_choice::NetworkChoice;
-use crate::paths::beside;
 use anyhow::Result;
 use deepsft_train::{ACCURACY_SEED, Budget, TrainConfig, TuningStep};
 use std::path::{Path, PathBuf};
 
 /// The steps to make, checked.
 pub struct Plan<'a> {
+    pub arguments: &'a TrainArguments,
     pub config: TrainConfig,
     pub synthetic: bool,
     pub steps: Vec<TuningStep>,
-    pub recording: Option<&'a Path>,
-    pub out: &'a Path,
 }
 
 impl<'a> Plan<'a> {
@@ -45,19 +43,20 @@ impl<'a> Plan<'a> {
         } else if tuned && arguments.recording.is_none() {
             "steps 2 and 3 need --recording"
         } else {
+            let config = config(arguments)?;
             return Ok(Self {
-                config: config(arguments)?,
+                arguments,
+                config,
                 synthetic,
                 steps,
-                recording: arguments.recording.as_deref(),
-                out: &arguments.out,
             });
         };
         Err(usage(reason))
     }
 
     /// Takes in that data sets have so many samples to train on: they are what the paper's epochs are made of.
-    pub fn take_training_samples(&mut self, arguments: &TrainArguments, samples: u64) {
+    pub fn take_training_samples(&mut self, samples: u64) {
+        let arguments = self.arguments;
         if arguments.preset() == Preset::Paper && arguments.samples.is_none() && arguments.minutes.is_none() {
             self.config.budget = Budget::paper_epochs(samples);
         }
@@ -65,7 +64,7 @@ impl<'a> Plan<'a> {
 
     /// The checkpoint of a step on a recording.
     pub fn checkpoint(&self, step: TuningStep) -> PathBuf {
-        beside(self.out, &format!(".step-{}.checkpoint", step.number()))
+        beside(&self.arguments.out, &format!(".step-{}.checkpoint", step.number()))
     }
 
     /// Epochs of a step on a recording.
@@ -92,6 +91,13 @@ impl<'a> Plan<'a> {
             .chain(self.steps.iter().map(|&step| self.checkpoint(step)))
             .collect()
     }
+}
+
+/// The path beside `path` with the same name and an ending.
+fn beside(path: &Path, ending: &str) -> PathBuf {
+    let mut name = path.file_name().unwrap_or_default().to_os_string();
+    name.push(ending);
+    path.with_file_name(name)
 }
 
 fn config(arguments: &TrainArguments) -> Result<TrainConfig> {
@@ -231,7 +237,7 @@ mod tests {
         ] {
             let arguments = arguments(&format!("--template t --data d --out a {words}"));
             let mut plan = Plan::new(&arguments).unwrap();
-            plan.take_training_samples(&arguments, 90);
+            plan.take_training_samples(90);
             assert_eq!(plan.config.budget, budget, "{words}");
         }
     }

@@ -18,11 +18,9 @@ pub fn tell(bar: &ProgressBar, told: Progress) {
         } => {
             bar.set_position((fraction * progress::FRACTION_LENGTH as f64) as u64);
             let left = seconds / fraction.max(1e-6) * (1.0 - fraction).max(0.0);
+            let (rate, loss, left) = (samples as f64 / seconds, number(loss), duration(left));
             bar.set_message(format!(
-                "{samples} samples, {:.1} per second, loss {}, {} left",
-                samples as f64 / seconds,
-                number(loss),
-                duration(left)
+                "{samples} samples, {rate:.1} per second, loss {loss}, {left} left"
             ));
         }
         Progress::Evaluated(point) => bar.suspend(|| println!("{}", line(&point))),
@@ -31,12 +29,8 @@ pub fn tell(bar: &ProgressBar, told: Progress) {
 }
 
 fn line(point: &CurvePoint) -> String {
-    let mut line = format!(
-        "{:7.1} min {:9} samples  loss {}",
-        point.seconds / 60.0,
-        point.samples,
-        number(point.loss)
-    );
+    let (minutes, samples, loss) = (point.seconds / 60.0, point.samples, number(point.loss));
+    let mut line = format!("{minutes:7.1} min {samples:9} samples  loss {loss}");
     let figures = [
         ("registration", point.registration_rmse_px, 2, " px"),
         ("depth", point.depth_rmse_mm, 2, " mm"),

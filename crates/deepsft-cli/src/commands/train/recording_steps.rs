@@ -52,11 +52,9 @@ pub fn run(bundle: &ModelBundle, folder: &Path, plan: &Plan<'_>, device: &Device
     } else {
         "recording"
     };
+    let (training, held_out, left_out) = (frames.training.len(), frames.held_out.len(), frames.left_out);
     println!(
-        "{kind}: {} frames to train on, {} held out at its end, {} in which nothing was found",
-        frames.training.len(),
-        frames.held_out.len(),
-        frames.left_out
+        "{kind}: {training} frames to train on, {held_out} held out at its end, {left_out} in which nothing was found"
     );
     println!("{}", colors_line(&frames.colors));
     let set = TuningSet {

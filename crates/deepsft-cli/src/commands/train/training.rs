@@ -1,6 +1,5 @@
 //! A training that runs: its steps one after another, and the bundle that each leaves behind.
 
-use super::arguments::TrainArguments;
 use super::data_sets::DataSets;
 use super::plan::Plan;
 use super::progress_lines::tell;
@@ -43,7 +42,6 @@ pub const BUNDLE_FOLDER: FolderKind = FolderKind {
 
 /// A training that runs.
 pub struct Training<'a> {
-    pub arguments: &'a TrainArguments,
     pub plan: &'a Plan<'a>,
     /// Of the bundle's folder.
     pub alone: &'a FolderLock,
@@ -58,8 +56,8 @@ impl Training<'_> {
     /// Step 1: a bundle from nothing, written, and how it learned.
     pub fn step_one(&self) -> Result<(ModelBundle, Vec<CurvePoint>)> {
         let (template, config) = (self.synthesizer.template(), &self.plan.config);
-        let mut network = self.arguments.network.config(
-            self.arguments.width_divisor.into(),
+        let mut network = self.plan.arguments.network.config(
+            self.plan.arguments.width_divisor.into(),
             template.size_mm().to_array(),
             &self.synthesizer.config().camera,
         )?;
@@ -86,7 +84,7 @@ impl Training<'_> {
 
     /// The card of a bundle.
     fn card(&self, bundle: &ModelBundle, curve: &[CurvePoint], tuning: Option<&str>) -> String {
-        let images = &self.arguments.images;
+        let images = &self.plan.arguments.images;
         let training_images = match &self.data_sets {
             Some(data_sets) => data_sets.to_string(),
             None => format!("made on the fly{}", images.note()),
@@ -104,7 +102,7 @@ impl Training<'_> {
     /// Measures a network on synthetic images, and writes its bundle.
     fn write(&self, trained: Trained, curve: &[CurvePoint], figures: Option<Figures>) -> Result<ModelBundle> {
         println!("measuring on held-out synthetic images");
-        let arguments = self.arguments;
+        let arguments = self.plan.arguments;
         let folder = arguments.out.file_name().unwrap_or_default();
         let name = arguments.name.clone();
         let label = ModelLabel {
