@@ -1,17 +1,17 @@
 //! `deepsft-baselines benchmark`: frames and truth for everybody's method, and the table of their predictions.
 
-use crate::frames::{Condition, stills};
+use crate::frames::{Condition, name, stills};
 use crate::maps_file;
 use crate::table::{self, FrameErrors, Measured, Row};
 use anyhow::{Context, Result, bail, ensure};
-use clap::{Args, Subcommand, ValueEnum};
+use clap::Subcommand;
 use deepsft_formats::{
     FolderKind, StagedFolder, camera_to_json, decode_picture, encode_png, read_template, sha256, template_to_files,
-    write_file,
 };
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::training_camera;
 use deepsft_synth::Sample;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -36,14 +36,8 @@ const SEED: u64 = 9_001_000;
 /// What predictions say of themselves.
 const METHOD: &str = "method.json";
 
-#[derive(Args)]
-pub struct BenchmarkArguments {
-    #[command(subcommand)]
-    command: BenchmarkCommand,
-}
-
 #[derive(Subcommand)]
-enum BenchmarkCommand {
+pub enum BenchmarkCommand {
     /// Make the frames and their truth
     #[command(after_help = "\
 DIR is described by its README.md. Frames depend on template, condition and number alone: their seed is fixed. The seeds of `train` and of
@@ -128,8 +122,8 @@ Scores are over the pixels inside both masks; coverage is the share of the true 
 the true map's derivatives. E_pr is the photometric error of the DeepSfT paper. Frames do not depend on each other; methods may not be told the truth.
 ";
 
-pub fn run(arguments: &BenchmarkArguments) -> Result<()> {
-    match &arguments.command {
+pub fn run(command: &BenchmarkCommand) -> Result<()> {
+    match command {
         BenchmarkCommand::Make {
             folder,
             template,
@@ -141,36 +135,28 @@ pub fn run(arguments: &BenchmarkArguments) -> Result<()> {
             predictions,
             out,
         } => {
-            let rows = predictions
-                .iter()
-                .map(|predictions| score(folder, predictions))
-                .collect::<Result<Vec<_>>>()?;
+            let rows = predictions.iter().map(|predictions| score(folder, predictions));
+            let rows = rows.collect::<Result<Vec<_>>>()?;
             let markdown = table::markdown(&rows);
             println!("{markdown}");
-            if let Some(out) = out {
-                write_file(&out.join("table.md"), format!("{markdown}\n").as_bytes())?;
-                let json = table::json(&rows, "deepsft-baselines benchmark score");
-                write_file(&out.join("table.json"), &serde_json::to_vec_pretty(&json)?)?;
-            }
-            Ok(())
+            let json = table::json(&rows, "deepsft-baselines benchmark score");
+            out.as_ref().map_or(Ok(()), |out| table::write(out, &markdown, &json))
         }
     }
 }
 
-fn image_name(frame: usize) -> String {
-    format!("frames/{frame:06}.png")
-}
-
-fn truth_name(frame: usize) -> String {
-    format!("truth/{}", maps_file::name(frame))
+/// The files of a frame: its image and its truth.
+fn names(frame: usize) -> [String; 2] {
+    [
+        format!("frames/{frame:06}.png"),
+        format!("truth/{}", maps_file::name(frame)),
+    ]
 }
 
 fn make(folder: &Path, template: &Path, frames: u64, condition: Condition) -> Result<()> {
     let template = read_template(template)?;
-    ensure!(
-        template.is_sheet(),
-        "the template is no flat sheet, which the benchmark is for"
-    );
+    let is_sheet = template.is_sheet();
+    ensure!(is_sheet, "the template is no flat sheet, which the benchmark is for");
     let staged = StagedFolder::new(folder, &FOLDER)?;
     for (name, bytes) in template_to_files(&template)? {
         staged.write(&format!("template/{name}"), &bytes)?;
@@ -179,19 +165,16 @@ fn make(folder: &Path, template: &Path, frames: u64, condition: Condition) -> Re
     for sample in stills(&template, condition, SEED, frames as usize)? {
         let sample = sample?;
         let files = [encode_png(&sample.image)?, maps_file::bytes(&sample.truth, true)?];
-        let names = [image_name(hashes.len()), truth_name(hashes.len())];
-        names
-            .iter()
-            .zip(&files)
-            .try_for_each(|(name, bytes)| staged.write(name, bytes))?;
+        for (name, bytes) in names(hashes.len()).iter().zip(&files) {
+            staged.write(name, bytes)?;
+        }
         hashes.push(files.map(|bytes| sha256(&bytes)));
     }
-    let condition = condition.to_possible_value();
     let description = Description {
         format_version: 1,
         frames: hashes.len(),
         seed: SEED,
-        condition: condition.map(|value| value.get_name().to_owned()).unwrap_or_default(),
+        condition: name(condition),
         sha256: hashes,
     };
     staged.write("camera.json", camera_to_json(&training_camera()).as_bytes())?;
@@ -200,65 +183,63 @@ fn make(folder: &Path, template: &Path, frames: u64, condition: Condition) -> Re
     Ok(staged.commit()?)
 }
 
+/// What a JSON file says.
+fn read_json<T: DeserializeOwned>(path: &Path) -> Result<T> {
+    let read = || -> Result<T> { Ok(serde_json::from_slice(&fs::read(path)?)?) };
+    read().with_context(|| path.display().to_string())
+}
+
 /// The row of the predictions in a folder.
 fn score(folder: &Path, predictions: &Path) -> Result<Row> {
-    let read = |path: &Path| fs::read(path).with_context(|| path.display().to_string());
-    let path = folder.join(DESCRIPTION);
-    let description: Description = serde_json::from_slice(&read(&path)?).with_context(|| path.display().to_string())?;
+    let description: Description = read_json(&folder.join(DESCRIPTION))?;
     let template = read_template(&folder.join("template"))?;
     let camera = training_camera();
-    let path = predictions.join(METHOD);
-    let said: MethodFile = match path.exists() {
-        true => serde_json::from_slice(&read(&path)?).with_context(|| path.display().to_string())?,
-        false => MethodFile::default(),
+    let said = predictions.join(METHOD);
+    let said: MethodFile = if said.exists() {
+        read_json(&said)?
+    } else {
+        MethodFile::default()
     };
-    let mut registrations = Vec::new();
+    let folder_name = || {
+        predictions
+            .file_name()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned()
+    };
     let mut row = Row {
-        label: said.name.unwrap_or_else(|| {
-            predictions
-                .file_name()
-                .unwrap_or_default()
-                .to_string_lossy()
-                .into_owned()
-        }),
-        measured: Measured {
-            depth: true,
-            registration: true,
-            given: false,
-        },
+        label: said.name.unwrap_or_else(folder_name),
         stated: said.frames_per_second.map(|rate| match &said.hardware {
             Some(hardware) => format!("{rate} ({hardware})"),
             None => format!("{rate}"),
         }),
-        missing: None,
-        frames: Vec::new(),
-        paper: None,
+        ..Row::default()
     };
     for (frame, hashes) in description.sha256.iter().enumerate() {
-        for (name, hash) in [image_name(frame), truth_name(frame)].iter().zip(hashes) {
+        let mut files = Vec::new();
+        for (name, hash) in names(frame).iter().zip(hashes) {
             let path = folder.join(name);
-            ensure!(
-                sha256(&read(&path)?) == *hash,
-                "{}: it is not the file of the benchmark; make it anew",
-                path.display()
-            );
+            let (bytes, place) = (fs::read(&path), path.display());
+            files.push(bytes.with_context(|| place.to_string())?);
+            let is_same = files.last().is_some_and(|bytes| sha256(bytes) == *hash);
+            ensure!(is_same, "{place}: it is not the file of the benchmark; make it anew");
         }
-        let picture = decode_picture(&read(&folder.join(image_name(frame)))?)?;
+        let picture = decode_picture(&files[0])?;
         let (truth, _) = maps_file::read(&folder.join("truth"), frame, camera.size())?;
         let (answer, registration) = maps_file::read(predictions, frame, camera.size())?;
-        registrations.push(registration);
-        if registrations[0] != registration {
-            bail!(
-                "{}: it has another number of channels than {}",
-                predictions.join(maps_file::name(frame)).display(),
-                maps_file::name(0)
-            );
+        if frame > 0 && row.measured.registration != registration {
+            let (file, first) = (predictions.join(maps_file::name(frame)), maps_file::name(0));
+            bail!("{}: it has another number of channels than {first}", file.display());
         }
-        row.measured.registration = registration;
+        row.measured = Measured {
+            depth: true,
+            registration,
+            given: false,
+        };
         let sample = Sample::new(picture, truth, Vec::new(), camera, DVec3::Z);
         let answered = (answer.area() > 0).then_some(&answer);
-        row.frames
-            .push(FrameErrors::of(row.measured, answered, &sample, &template, None)?);
+        let errors = FrameErrors::of(row.measured, answered, &sample, &template, None)?;
+        row.frames.push(errors);
     }
     Ok(row)
 }
@@ -267,21 +248,20 @@ fn score(folder: &Path, predictions: &Path) -> Result<Row> {
 mod tests {
     use super::*;
     use crate::methods::{Followed, Method, Methods};
+    use crate::table::Column;
 
     fn poster() -> PathBuf {
         Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models/poster-a4/template")
     }
 
     fn numbers(row: &Row) -> Vec<[Option<f64>; 4]> {
-        let of = |e: &FrameErrors| {
-            [
-                e.depth_rmse_mm,
-                e.registration_rmse_px,
-                e.photo_consistency_error,
-                e.coverage,
-            ]
-        };
-        row.frames.iter().map(of).collect()
+        let of = |[a, b, c, d]: [Column; 4]| row.frames.iter().map(|e| [a(e), b(e), c(e), d(e)]).collect();
+        of([
+            table::DEPTH,
+            table::REGISTRATION,
+            table::PHOTO_CONSISTENCY,
+            table::COVERAGE,
+        ])
     }
 
     #[test]
@@ -294,26 +274,20 @@ mod tests {
         let mut compared = Vec::new();
         for sample in stills(&template, Condition::Trained, SEED, 2).unwrap() {
             let sample = sample.unwrap();
-            let answer = methods
-                .answer(Method::Features, 0, &sample, &Followed::default())
-                .unwrap();
+            let answer = methods.answer(Method::Features, 0, &sample, &Followed::default());
+            let answer = answer.unwrap();
             maps_file::write(&ours, compared.len(), answer.as_ref(), sample.truth.size(), true).unwrap();
             let measured = Method::Features.measured();
             compared.push(FrameErrors::of(measured, answer.as_ref(), &sample, &template, None).unwrap());
         }
         let row = score(&folder, &ours).unwrap();
-        assert!(
-            row.frames
-                .iter()
-                .all(|frame| frame.depth_rmse_mm.is_some_and(|mm| mm > 0.0))
-        );
-        assert_eq!(
-            numbers(&row),
-            numbers(&Row {
-                frames: compared,
-                ..score(&folder, &ours).unwrap()
-            })
-        );
+        let mut depths = row.frames.iter().map(|frame| frame.depth_rmse_mm);
+        assert!(depths.all(|depth| depth.is_some_and(|mm| mm > 0.0)));
+        let compared = Row {
+            frames: compared,
+            ..Row::default()
+        };
+        assert_eq!(numbers(&row), numbers(&compared));
 
         for errors in numbers(&score(&folder, &folder.join("truth")).unwrap()) {
             assert_eq!([errors[0], errors[1], errors[3]], [Some(0.0), Some(0.0), Some(1.0)]);
@@ -325,16 +299,11 @@ mod tests {
             let (truth, _) = maps_file::read(&folder.join("truth"), frame, training_camera().size()).unwrap();
             maps_file::write(&alone, frame, Some(&truth), truth.size(), false).unwrap();
         }
-        write_file(
-            &alone.join(METHOD),
-            br#"{"name": "theirs", "frames_per_second": 25, "hardware": "a GPU"}"#,
-        )
-        .unwrap();
+        let said = r#"{"name": "theirs", "frames_per_second": 25, "hardware": "a GPU"}"#;
+        fs::write(alone.join(METHOD), said).unwrap();
         let table = table::markdown(&[score(&folder, &alone).unwrap()]);
-        assert!(
-            table.contains("| theirs | 2 of 2 | 0.00 / **0.00** | - | - | 1.00 | 25 (a GPU) |"),
-            "{table}"
-        );
+        let theirs = "| theirs | 2 of 2 | 0.00 / **0.00** | - | - | 1.00 | 25 (a GPU) |";
+        assert!(table.contains(theirs), "{table}");
 
         // A row that nothing fills says why.
         let missing = Row {
@@ -344,7 +313,7 @@ mod tests {
         assert!(table::markdown(&[missing]).contains("| theirs | no weights: `train bts`, then --trained | - |"));
 
         let refused = |part: &str| {
-            let error = format!("{:#}", score(&folder, &ours).unwrap_err());
+            let error = format!("{:#}", score(&folder, &ours).err().unwrap());
             assert!(error.contains(part), "{error}");
         };
         let file = ours.join("000001.npy");

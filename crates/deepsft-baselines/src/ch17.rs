@@ -28,9 +28,9 @@
 //! * The article has two variants, by the gradient of distance and by normals. This is the first.
 //! * Grid points without a correspondence nearby say nothing: the splines bend through what is hidden.
 
-use crate::frame::Correspondence;
-use crate::spline::{Spline, SplineFit, SplineGrid};
-use anyhow::{Result, ensure};
+use crate::frame::{Correspondence, at_least, rays};
+use crate::spline::{Spline, SplineGrid};
+use anyhow::Result;
 use deepsft_geometry::Maps;
 use deepsft_geometry::glam::{DMat2, DVec2, DVec3};
 
@@ -49,16 +49,6 @@ pub struct Ch17 {
     pub warp_bending: f64,
     /// Weight of the distance's bending beside the mean squared error of its gradient.
     pub distance_bending: f64,
-}
-
-impl Default for Ch17 {
-    fn default() -> Self {
-        Self {
-            cells: 17,
-            warp_bending: 1e-8,
-            distance_bending: 1e-5,
-        }
-    }
 }
 
 /// A reconstructed sheet: where each of its points is.
@@ -90,43 +80,34 @@ fn local_solution(ray: DVec2, jacobian: DMat2) -> Option<(f64, DVec2)> {
 }
 
 impl Ch17 {
+    /// What is compared.
+    pub const COMPARED: Self = Self {
+        cells: 17,
+        warp_bending: 1e-8,
+        distance_bending: 1e-5,
+    };
+
     /// Reconstructs a sheet of `size_mm` from `seen`, which registers points of it.
-    ///
-    /// # Errors
-    /// For fewer than 100 correspondences, and where they leave the splines open.
+    /// Fails for fewer than 100 correspondences, and where they leave the splines open.
     pub fn reconstruct(&self, seen: &[Correspondence], size_mm: DVec2) -> Result<Ch17Surface> {
-        ensure!(
-            seen.len() >= FEWEST,
-            "{} correspondences, expected at least {FEWEST}",
-            seen.len()
-        );
+        at_least(seen.len(), FEWEST, "correspondences")?;
         let grid = SplineGrid::new(size_mm, self.cells);
-        let mut fit = SplineFit::new(grid);
-        for point in seen {
-            fit.add_value(point.place, 1.0 / seen.len() as f64, point.ray.to_array());
-        }
-        fit.add_bending(self.warp_bending);
-        let warp = fit.solve()?;
-        let points: Vec<(DVec2, f64, DVec2)> = (seen_places(seen, size_mm).into_iter())
-            .filter_map(|place| {
-                let (distance, gradient) = local_solution(warp.value(place).into(), warp.jacobian(place))?;
-                Some((place, distance, gradient))
-            })
-            .collect();
+        let warp = Spline::through(grid, rays(seen), 1.0 / seen.len() as f64, self.warp_bending)?;
+        let local = |place: DVec2| {
+            let jacobian = DMat2::from_cols_array_2d(&warp.derivatives(place));
+            let (distance, gradient) = local_solution(warp.value(place).into(), jacobian)?;
+            Some((place, distance, gradient))
+        };
+        let points: Vec<(DVec2, f64, DVec2)> = seen_places(seen, size_mm).into_iter().filter_map(local).collect();
         let weight = 1.0 / points.len().max(1) as f64;
-        let mut fit = SplineFit::new(grid);
         // Distances in diagonals: their bending is as dear as that of a function without unit.
-        for &(place, distance, _) in &points {
-            fit.add_value(place, weight / size_mm.length_squared(), [distance]);
-        }
-        fit.add_bending(self.distance_bending / size_mm.length_squared());
-        let smooth = fit.solve()?;
-        let mut fit = SplineFit::<1>::new(grid);
-        for &(place, _, gradient) in &points {
-            fit.add_gradient(place, weight, gradient * gradient.dot(smooth.gradient(place)).signum());
-        }
-        fit.add_bending(self.distance_bending / size_mm.length_squared());
-        let distance = fit.solve()?;
+        let bending = self.distance_bending / size_mm.length_squared();
+        let distances = points.iter().map(|&(place, distance, _)| (place, [distance]));
+        let smooth = Spline::through(grid, distances, weight / size_mm.length_squared(), bending)?;
+        let signed = |&(place, _, gradient): &(DVec2, f64, DVec2)| {
+            (place, gradient * gradient.dot(smooth.gradient(place)).signum())
+        };
+        let distance = Spline::along(grid, points.iter().map(signed), weight, bending)?;
         let more = points.iter().map(|&(place, local, _)| local - distance.value(place)[0]);
         Ok(Ch17Surface {
             constant: median(more.collect()),
@@ -178,26 +159,29 @@ mod tests {
     use super::*;
     use crate::frame::tests::{SIZE_MM, correspondences, cylinder};
 
-    /// Mean distance from the truth, mm, of a sheet that is rolled to a radius and turned, seen from a distance.
-    fn error_mm(method: &Ch17, distance_mm: f64) -> f64 {
-        let truth = |place: DVec2| cylinder(place, 130.0, 0.5) + DVec3::Z * distance_mm;
-        let surface = method.reconstruct(&correspondences(&truth, 120), SIZE_MM).unwrap();
-        let places = (0..400).map(|k| DVec2::new((k % 20) as f64 + 0.5, (k / 20) as f64 + 0.5) / 20.0 * SIZE_MM);
-        places
-            .map(|place| surface.point(place).distance(truth(place)))
-            .sum::<f64>()
-            / 400.0
+    /// A sheet that is rolled and turned, seen from a distance.
+    fn bent(distance_mm: f64) -> impl Fn(DVec2) -> DVec3 {
+        move |place| cylinder(place, 130.0, 0.5) + DVec3::Z * distance_mm
+    }
+
+    fn reconstructed(truth: &dyn Fn(DVec2) -> DVec3, side: usize) -> Ch17Surface {
+        let seen = correspondences(truth, side);
+        Ch17::COMPARED.reconstruct(&seen, SIZE_MM).unwrap()
     }
 
     #[test]
     fn a_developable_surface_with_exact_registration_is_exact_in_the_limit_of_fine_splines() {
         let errors = [6, 12, 24].map(|cells| {
-            let weights = Ch17 {
+            let method = Ch17 {
                 cells,
                 warp_bending: 1e-14,
                 distance_bending: 1e-9,
             };
-            error_mm(&weights, 500.0)
+            let truth = bent(500.0);
+            let places = (0..400).map(|k| DVec2::new((k % 20) as f64 + 0.5, (k / 20) as f64 + 0.5) / 20.0 * SIZE_MM);
+            let surface = method.reconstruct(&correspondences(&truth, 120), SIZE_MM).unwrap();
+            let errors = places.map(|place| surface.point(place).distance(truth(place)));
+            errors.sum::<f64>() / 400.0
         });
         assert!(errors[1] < errors[0] / 2.0 && errors[2] < errors[1] / 2.0, "{errors:?}");
         assert!(errors[2] < 0.05, "{errors:?}");
@@ -207,30 +191,21 @@ mod tests {
     fn a_frontal_plane_has_the_distance_that_its_size_in_the_image_says() {
         // No gradient has a direction there but that of the ray, and eigenvalues are nearly equal.
         let truth = |place: DVec2| (place - SIZE_MM / 2.0).extend(600.0);
-        let surface = Ch17::default()
-            .reconstruct(&correspondences(&truth, 60), SIZE_MM)
-            .unwrap();
+        let surface = reconstructed(&truth, 60);
         for place in [DVec2::new(30.0, 40.0), SIZE_MM / 2.0, DVec2::new(250.0, 190.0)] {
-            assert!(
-                surface.point(place).distance(truth(place)) < 0.5,
-                "{place}: {}",
-                surface.point(place)
-            );
+            let point = surface.point(place);
+            assert!(point.distance(truth(place)) < 0.5, "{place}: {point}");
         }
     }
 
     #[test]
     fn the_shape_stays_where_perspective_is_weak_and_only_the_distance_is_lost() {
         // From 20 m: a local distance is as good as the ratio of the warp's derivatives, the gradient is not hurt.
-        let truth = |place: DVec2| cylinder(place, 130.0, 0.5) + DVec3::Z * 20_000.0;
-        let surface = Ch17::default()
-            .reconstruct(&correspondences(&truth, 120), SIZE_MM)
-            .unwrap();
+        let truth = bent(20_000.0);
+        let surface = reconstructed(&truth, 120);
         let relief = |at: &dyn Fn(DVec2) -> DVec3| at(SIZE_MM / 2.0).z - at(SIZE_MM * DVec2::new(0.1, 0.5)).z;
         let (got, expected) = (relief(&|place| surface.point(place)), relief(&truth));
-        assert!(
-            (got - expected).abs() < 0.05 * expected.abs(),
-            "{got} mm, expected {expected} mm"
-        );
+        let error = (got - expected).abs();
+        assert!(error < 0.05 * expected.abs(), "{got} mm, expected {expected} mm");
     }
 }

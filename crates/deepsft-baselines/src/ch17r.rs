@@ -35,7 +35,6 @@ const STEPS: usize = 60;
 const NEAREST_MM: f64 = 50.0;
 
 /// The refinement of one sheet.
-#[derive(Debug)]
 pub struct Ch17r {
     mesh: IsometricMesh,
     size_mm: DVec2,
@@ -43,9 +42,7 @@ pub struct Ch17r {
 
 impl Ch17r {
     /// Prepares what does not depend on the frame.
-    ///
-    /// # Errors
-    /// For a template without extent.
+    /// Fails for a template without extent.
     pub fn new(template: &Template) -> Result<Self> {
         let mesh = template.mesh();
         Ok(Self {
@@ -55,63 +52,40 @@ impl Ch17r {
     }
 
     /// Refines the vertices `start` (mm, camera frame) so that `seen` project to their pixels and edges keep their lengths.
-    ///
-    /// # Errors
-    /// Where a correspondence of the start lies behind the camera.
+    /// Fails where a correspondence of the start lies behind the camera.
     pub fn refine(&mut self, seen: &[Correspondence], camera: &Camera, start: &[DVec3]) -> Result<Vec<DVec3>> {
         let step = seen.len().div_ceil(MOST).max(1);
         let point = |seen: &Correspondence| {
-            let point = self
-                .mesh
-                .locator
-                .locate((seen.place / self.size_mm).clamp(DVec2::ZERO, DVec2::ONE))?;
-            Some(ImagePoint {
-                point,
-                pixel: seen.pixel,
-                weight: 1.0,
-            })
+            let point = self.mesh.locator.locate(seen.uv(self.size_mm))?;
+            Some(seen.image_point(point))
         };
         let points: Vec<ImagePoint> = seen.iter().step_by(step).filter_map(point).collect();
         let data = Reprojection::new(&self.mesh.mesh, camera, &points, Robust::Squares)?;
-        let before_camera = |p: &DVec3| match p.z < NEAREST_MM {
-            true => p.truncate().extend(NEAREST_MM),
-            false => *p,
-        };
+        let before_camera = |p: &DVec3| p.with_z(if p.z < NEAREST_MM { NEAREST_MM } else { p.z });
         let start: Vec<DVec3> = start.iter().map(before_camera).collect();
-        Ok(self
-            .mesh
-            .solve(Stiffness::WHOLE, &[&data], &start, STEPS, true)?
-            .vertices)
+        let solution = self.mesh.solve(Stiffness::WHOLE, &[&data], &start, STEPS, true)?;
+        Ok(solution.vertices)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frame::tests::{SIZE_MM, correspondences, cylinder};
-    use deepsft_geometry::{Picture, training_camera};
+    use crate::frame::tests::{correspondences, cylinder, mean_error, template, vertices_on};
+    use deepsft_geometry::training_camera;
 
     #[test]
     fn a_bent_sheet_whose_distances_are_wrong_comes_back_to_the_truth() {
-        let template = Template::thin_shell(Picture::from_fn(1, 1, |_, _| [0; 3]), SIZE_MM.x, SIZE_MM.y).unwrap();
         let truth = |place: DVec2| cylinder(place, 130.0, 0.5) + DVec3::Z * 500.0;
-        let vertices: Vec<DVec3> = (template.mesh().texture_coordinates().iter())
-            .map(|uv| truth(*uv * SIZE_MM))
-            .collect();
-        let error = |got: &[DVec3]| {
-            let sum: f64 = got.iter().zip(&vertices).map(|(a, b)| a.distance(*b)).sum();
-            sum / vertices.len() as f64
-        };
         // At the same pixels, 6 % off and wavy.
-        let start: Vec<DVec3> = (vertices.iter().enumerate())
-            .map(|(k, p)| *p * (1.06 + 0.01 * (k as f64 / 5.0).sin()))
-            .collect();
-        assert!(error(&start) > 25.0);
-        let mut method = Ch17r::new(&template).unwrap();
-        let refined = method
-            .refine(&correspondences(&truth, 60), &training_camera(), &start)
-            .unwrap();
+        let vertices = vertices_on(truth).into_iter().enumerate();
+        let wavy = |(k, p): (usize, DVec3)| p * (1.06 + 0.01 * (k as f64 / 5.0).sin());
+        let start: Vec<DVec3> = vertices.map(wavy).collect();
+        assert!(mean_error(&start, truth) > 25.0);
+        let mut method = Ch17r::new(&template()).unwrap();
+        let refined = method.refine(&correspondences(&truth, 60), &training_camera(), &start);
+        let error = mean_error(&refined.unwrap(), truth);
         // Chords of 10 mm on a radius of 130 mm are 0.1 mm off the arc; bending pulls a little.
-        assert!(error(&refined) < 1.0, "{}", error(&refined));
+        assert!(error < 1.0, "{error}");
     }
 }

@@ -16,12 +16,13 @@
 //! * The first frame of a video is registered by its truth. DeepSfT does not say how its sequences begin, and chooses those that go well.
 
 use crate::flow::{Flow, Grey, flow};
-use crate::frame::correspondences;
-use crate::spline::{SplineFit, SplineGrid};
-use anyhow::{Result, ensure};
+use crate::frame::{at_least, correspondences, rays};
+use crate::spline::{Spline, SplineGrid};
+use anyhow::Result;
 use deepsft_geometry::glam::{DVec2, DVec3};
 use deepsft_geometry::raster::VisibleSurface;
-use deepsft_geometry::{Camera, Maps, Picture, Template, draw_template, luma};
+use deepsft_geometry::{Camera, ImageSize, Maps, Picture, Template, draw_template, luma};
+use std::ops::Range;
 
 /// Difference beyond which a pixel shows something else than the template, grey levels.
 const DIFFERENT: f32 = 45.0;
@@ -43,7 +44,6 @@ const FEWEST: usize = 400;
 const DRAWN_MM: f64 = 500.0;
 
 /// The registration of a template that is followed through a video.
-#[derive(Debug)]
 pub struct Dof {
     template: Template,
     registration: Maps,
@@ -59,9 +59,7 @@ impl Dof {
     }
 
     /// Registers the next `image`. Depths of the answer mean nothing.
-    ///
-    /// # Errors
-    /// When too little of the template is left.
+    /// Fails when too little of the template is left.
     pub fn next(&mut self, image: &Picture, camera: &Camera) -> Result<&Maps> {
         let whole = self.whole(camera)?;
         let drawn = draw_template(self.template.texture(), &whole);
@@ -73,7 +71,7 @@ impl Dof {
         let drawn = alike(window.cut(|pixel| grey(&drawn, pixel)), &seen, &known);
         let found = flow(&seen, &drawn, &known);
         let registration = window.registered(&whole, &found, &seen, &drawn);
-        ensure!(registration.area() >= FEWEST, "the flow has lost the template");
+        at_least(registration.area(), FEWEST, "pixels register the template")?;
         self.registration = registration;
         Ok(&self.registration)
     }
@@ -82,12 +80,8 @@ impl Dof {
     fn whole(&self, camera: &Camera) -> Result<Maps> {
         let size_mm = self.template.size_mm();
         let seen = correspondences(&self.registration, camera, size_mm);
-        let mut fit = SplineFit::<2>::new(SplineGrid::new(size_mm, CELLS));
-        for point in &seen {
-            fit.add_value(point.place, 1.0 / seen.len().max(1) as f64, point.ray.to_array());
-        }
-        fit.add_bending(BENDING);
-        let warp = fit.solve()?;
+        let weight = 1.0 / seen.len().max(1) as f64;
+        let warp = Spline::through(SplineGrid::new(size_mm, CELLS), rays(&seen), weight, BENDING)?;
         let vertex = |uv: &DVec2| DVec2::from(warp.value(*uv * size_mm)).extend(1.0) * DRAWN_MM;
         let vertices: Vec<DVec3> = self.template.mesh().texture_coordinates().iter().map(vertex).collect();
         Ok(VisibleSurface::new(self.template.mesh(), &vertices, camera).maps())
@@ -98,79 +92,66 @@ impl Dof {
 /// compared pixel by pixel.
 fn alike(mut drawn: Grey, seen: &Grey, known: &Grey) -> Grey {
     let moments = |image: &Grey| {
-        let values = || {
-            (image.values.iter().zip(&known.values))
-                .filter(|(_, known)| **known > 0.5)
-                .map(|(value, _)| *value)
-        };
-        let count = values().count().max(1) as f32;
-        let mean = values().sum::<f32>() / count;
-        let square = values().map(|value| (value - mean).powi(2)).sum::<f32>() / count;
+        let pairs = image.values.iter().zip(&known.values);
+        let known = pairs.filter(|(_, known)| **known > 0.5);
+        let values: Vec<f32> = known.map(|(value, _)| *value).collect();
+        let count = values.len().max(1) as f32;
+        let mean = values.iter().sum::<f32>() / count;
+        let square = values.iter().map(|value| (value - mean).powi(2)).sum::<f32>() / count;
         (mean, square.sqrt().max(1.0))
     };
     let ((from, of), (to, as_far)) = (moments(&drawn), moments(seen));
     let gain = (as_far / of).clamp(GAINS[0], GAINS[1]);
-    drawn
-        .values
-        .iter_mut()
-        .for_each(|value| *value = (*value - from) * gain + to);
+    let values = drawn.values.iter_mut();
+    values.for_each(|value| *value = (*value - from) * gain + to);
     drawn
 }
 
 /// The part of the image in which the template is looked for.
 struct Window {
     image_width: usize,
-    left: usize,
-    top: usize,
-    width: usize,
-    height: usize,
+    columns: Range<usize>,
+    rows: Range<usize>,
 }
 
 impl Window {
     fn around(maps: &Maps) -> Result<Self> {
-        let (width, height) = (maps.size().width, maps.size().height);
+        let ImageSize { width, height } = maps.size();
+        at_least(maps.area(), FEWEST, "pixels show the template")?;
         let inside = || (0..maps.depth().len()).filter(|&pixel| maps.inside(pixel));
-        ensure!(inside().count() >= FEWEST, "the template has left the image");
         let range = |of: &dyn Fn(usize) -> usize, side: usize| {
             let low = inside().map(of).min().unwrap_or(0).saturating_sub(MARGIN_PX);
-            (low, (inside().map(of).max().unwrap_or(0) + MARGIN_PX + 1).min(side))
+            low..(inside().map(of).max().unwrap_or(0) + MARGIN_PX + 1).min(side)
         };
-        let ((left, right), (top, bottom)) = (
-            range(&|pixel| pixel % width, width),
-            range(&|pixel| pixel / width, height),
-        );
         Ok(Self {
             image_width: width,
-            left,
-            top,
-            width: right - left,
-            height: bottom - top,
+            columns: range(&|pixel| pixel % width, width),
+            rows: range(&|pixel| pixel / width, height),
         })
+    }
+
+    /// The image's pixel at a place in the window.
+    fn pixel(&self, x: usize, y: usize) -> usize {
+        (y + self.rows.start) * self.image_width + x + self.columns.start
     }
 
     fn cut(&self, value: impl Fn(usize) -> f32) -> Grey {
-        Grey::from_fn(self.width, self.height, |x, y| {
-            value((y + self.top) * self.image_width + x + self.left)
-        })
+        Grey::from_fn(self.columns.len(), self.rows.len(), |x, y| value(self.pixel(x, y)))
     }
 
     /// What the flow registers of the whole maps of the drawing, where the image is like it.
-    fn registered(&self, whole: &Maps, flow: &Flow, seen: &Grey, drawn: &Grey) -> Maps {
+    fn registered(&self, whole: &Maps, [u, v]: &Flow, seen: &Grey, drawn: &Grey) -> Maps {
         let mut registration = Maps::empty(whole.size());
         for k in 0..seen.values.len() {
-            let (x, y) = (k % self.width, k / self.width);
-            let (to_x, to_y) = (x as f32 + flow.u.values[k], y as f32 + flow.v.values[k]);
-            let is_inside =
-                to_x >= 0.0 && to_y >= 0.0 && to_x + 1.0 < self.width as f32 && to_y + 1.0 < self.height as f32;
-            if !is_inside || (drawn.sample(to_x, to_y) - seen.values[k]).abs() > DIFFERENT {
-                continue;
-            }
-            if let Some(uv) = self.sampled(whole, to_x, to_y) {
-                registration.set(
-                    (y + self.top) * self.image_width + x + self.left,
-                    1.0,
-                    uv.as_vec2().to_array(),
-                );
+            let (x, y) = (k % seen.width, k / seen.width);
+            let (to_x, to_y) = (x as f32 + u.values[k], y as f32 + v.values[k]);
+            let is_within = |at: f32, side: usize| at >= 0.0 && at + 1.0 < side as f32;
+            if is_within(to_x, seen.width)
+                && is_within(to_y, seen.height)
+                && (drawn.sample(to_x, to_y) - seen.values[k]).abs() <= DIFFERENT
+                && let Some(uv) = self.sampled(whole, to_x, to_y)
+            {
+                registration.set(self.pixel(x, y), 1.0, uv.as_vec2().to_array());
             }
         }
         registration
@@ -178,7 +159,7 @@ impl Window {
 
     /// The registration of the drawing between pixels of the window; `None` unless all four around show it.
     fn sampled(&self, maps: &Maps, x: f32, y: f32) -> Option<DVec2> {
-        let first = (y as usize + self.top) * self.image_width + x as usize + self.left;
+        let first = self.pixel(x as usize, y as usize);
         let around = [first, first + 1, first + self.image_width, first + self.image_width + 1];
         let [a, b, c, d] = around.map(|pixel| maps.inside(pixel).then(|| maps.uv(pixel)));
         let (s, t) = (f64::from(x.fract()), f64::from(y.fract()));
@@ -189,18 +170,14 @@ impl Window {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::flow::tests::pattern;
     use crate::frame::tests::{SIZE_MM, cylinder};
     use deepsft_geometry::metrics::frame_metrics;
     use deepsft_geometry::training_camera;
 
     #[test]
     fn a_sheet_that_moves_by_five_pixels_a_frame_stays_registered() {
-        let texture = Picture::from_fn(297, 210, |x, y| {
-            let (x, y) = (x as f32, y as f32);
-            let wave = |a: f32, b: f32, phase: f32| (a * x + b * y + phase).sin();
-            let coarse = 40.0 * wave(0.11, 0.05, 0.3) + 35.0 * wave(-0.07, 0.16, 1.0);
-            [(127.0 + coarse + 25.0 * wave(0.41, 0.33, 2.0) + 20.0 * wave(-0.5, 0.21, 0.0)) as u8; 3]
-        });
+        let texture = Picture::from_fn(297, 210, |x, y| [pattern(x as f32, y as f32) as u8; 3]);
         let template = Template::thin_shell(texture, SIZE_MM.x, SIZE_MM.y).unwrap();
         let camera = training_camera();
         let truth = |frame: f64| {

@@ -2,8 +2,10 @@
 
 use ab_glyph::{Font, FontRef, PxScale, ScaleFont, point};
 use anyhow::Result;
-use deepsft_geometry::{Maps, Picture};
+use deepsft_formats::{encode_png, write_file};
+use deepsft_geometry::{ImageSize, Maps, Picture};
 use deepsft_synth::Sample;
+use std::path::Path;
 
 /// The font of the program `deepsft`.
 const FONT: &[u8] = include_bytes!("../../deepsft-cli/fonts/Inter-Regular.ttf");
@@ -29,26 +31,17 @@ const GAP: usize = 6;
 const LINE: usize = 20;
 const LETTERS_PX: f32 = 15.0;
 
-/// A panel: its picture, and the line above it.
-#[derive(Debug)]
-pub struct Panel {
-    /// The line.
-    pub title: String,
-    /// The picture.
-    pub picture: Picture,
-}
+/// A panel: the line above it, and its picture.
+pub type Panel = (String, Picture);
 
 /// The image of a sample.
 pub fn image(sample: &Sample) -> Panel {
-    Panel {
-        title: "image".to_owned(),
-        picture: sample.image.halved(),
-    }
+    ("image".to_owned(), sample.image.halved())
 }
 
 /// The depth error of `answer` where it and the truth see the object, black for none, with its RMSE in the title.
 pub fn depth_error(label: &str, answer: Option<&Maps>, truth: &Maps, rmse_mm: Option<f64>) -> Panel {
-    let (width, height) = (truth.size().width, truth.size().height);
+    let ImageSize { width, height } = truth.size();
     let color = |x: usize, y: usize| {
         let pixel = y * width + x;
         let answered = answer.filter(|answer| answer.inside(pixel) && truth.inside(pixel));
@@ -56,10 +49,8 @@ pub fn depth_error(label: &str, answer: Option<&Maps>, truth: &Maps, rmse_mm: Op
             error_color(f64::from((answer.depth()[pixel] - truth.depth()[pixel]).abs()) / SCALE_MM)
         })
     };
-    Panel {
-        title: rmse_mm.map_or_else(|| format!("{label}: none"), |rmse| format!("{label}: {rmse:.1} mm")),
-        picture: Picture::from_fn(width, height, color).halved(),
-    }
+    let title = rmse_mm.map_or_else(|| format!("{label}: none"), |rmse| format!("{label}: {rmse:.1} mm"));
+    (title, Picture::from_fn(width, height, color).halved())
 }
 
 fn error_color(fraction: f64) -> [u8; 3] {
@@ -69,27 +60,28 @@ fn error_color(fraction: f64) -> [u8; 3] {
     std::array::from_fn(|k| (INFERNO[first][k] * (1.0 - between) + INFERNO[first + 1][k] * between + 0.5) as u8)
 }
 
-/// The rows of panels as one picture.
-///
-/// # Errors
-/// Never: the font is built in.
-pub fn sheet(rows: &[Vec<Panel>]) -> Result<Picture> {
+/// Writes figure.png, the rows of panels as one picture, into `folder`. Fails when it cannot be written.
+pub fn write(folder: &Path, rows: &[Vec<Panel>]) -> Result<()> {
+    Ok(write_file(&folder.join("figure.png"), &encode_png(&sheet(rows)?)?)?)
+}
+
+fn sheet(rows: &[Vec<Panel>]) -> Result<Picture> {
     let first = rows.iter().flatten().next();
-    let (width, height) = first.map_or((1, 1), |panel| (panel.picture.width(), panel.picture.height()));
+    let (width, height) = first.map_or((1, 1), |(_, picture)| (picture.width(), picture.height()));
     let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
     let (step_x, step_y) = (width + GAP, height + LINE + GAP);
     let (all_width, all_height) = (columns * step_x + GAP, rows.len() * step_y + GAP);
     let mut rgb: Vec<u8> = PAPER.repeat(all_width * all_height);
     let font = FontRef::try_from_slice(FONT)?;
     for (row, panels) in rows.iter().enumerate() {
-        for (column, panel) in panels.iter().enumerate() {
+        for (column, (title, picture)) in panels.iter().enumerate() {
             let (left, top) = (GAP + column * step_x, GAP + row * step_y);
             let mut set = |x: usize, y: usize, color: [u8; 3]| {
                 rgb[3 * (y * all_width + x)..][..3].copy_from_slice(&color);
             };
-            write(&font, &panel.title, width, |x, y, color| set(left + x, top + y, color));
+            letter(&font, title, width, |x, y, color| set(left + x, top + y, color));
             for y in 0..height {
-                (0..width).for_each(|x| set(left + x, top + LINE + y, panel.picture.pixel(x, y)));
+                (0..width).for_each(|x| set(left + x, top + LINE + y, picture.pixel(x, y)));
             }
         }
     }
@@ -97,7 +89,7 @@ pub fn sheet(rows: &[Vec<Panel>]) -> Result<Picture> {
 }
 
 /// Writes a line of at most `width` pixels: what is longer is cut.
-fn write(font: &FontRef<'_>, text: &str, width: usize, mut set: impl FnMut(usize, usize, [u8; 3])) {
+fn letter(font: &FontRef<'_>, text: &str, width: usize, mut set: impl FnMut(usize, usize, [u8; 3])) {
     let scale = PxScale::from(LETTERS_PX);
     let mut x = 0.0;
     for character in text.chars() {
@@ -127,14 +119,14 @@ mod tests {
         let mut truth = Maps::empty((4, 2));
         (0..6).for_each(|pixel| truth.set(pixel, 500.0, [0.5; 2]));
         let mut answer = truth.clone();
-        [0, 1, 4, 5]
-            .into_iter()
-            .for_each(|pixel| answer.set(pixel, 550.0, [0.5; 2]));
-        [2, 3].into_iter().for_each(|pixel| answer.clear(pixel));
-        let panel = depth_error("CH17", Some(&answer), &truth, Some(50.0));
-        assert_eq!(panel.title, "CH17: 50.0 mm");
-        assert_eq!(panel.picture.pixel(0, 0), [252, 255, 164]);
-        let sheet = sheet(&[vec![panel]]).unwrap();
+        for pixel in [0, 1, 4, 5] {
+            answer.set(pixel, 550.0, [0.5; 2]);
+        }
+        (2..4).for_each(|pixel| answer.clear(pixel));
+        let (title, picture) = depth_error("CH17", Some(&answer), &truth, Some(50.0));
+        assert_eq!(title, "CH17: 50.0 mm");
+        assert_eq!(picture.pixel(0, 0), [252, 255, 164]);
+        let sheet = sheet(&[vec![(title, picture)]]).unwrap();
         assert_eq!((sheet.width(), sheet.height()), (2 + 2 * GAP, 1 + LINE + 2 * GAP));
         assert_eq!(sheet.pixel(GAP, GAP + LINE), [252, 255, 164]);
         assert_eq!(error_color(0.0), [0, 0, 4]);

@@ -1,6 +1,8 @@
 //! What a method is given of a frame.
 
+use anyhow::{Result, ensure};
 use deepsft_geometry::glam::DVec2;
+use deepsft_geometry::solver::{ImagePoint, SurfacePoint};
 use deepsft_geometry::{Camera, Maps};
 
 /// A point of the template and where the camera sees it.
@@ -12,6 +14,22 @@ pub struct Correspondence {
     pub pixel: DVec2,
     /// The ray (x, y, 1) through it.
     pub ray: DVec2,
+}
+
+impl Correspondence {
+    /// The texture coordinates of its place on a sheet of `size_mm`.
+    pub fn uv(&self, size_mm: DVec2) -> DVec2 {
+        (self.place / size_mm).clamp(DVec2::ZERO, DVec2::ONE)
+    }
+
+    /// What a fit is told of it, with its `point` on the mesh.
+    pub fn image_point(&self, point: SurfacePoint) -> ImagePoint {
+        ImagePoint {
+            point,
+            pixel: self.pixel,
+            weight: 1.0,
+        }
+    }
 }
 
 /// A correspondence for each pixel of a registration, on a sheet of `size_mm`.
@@ -29,15 +47,44 @@ pub fn correspondences(registration: &Maps, camera: &Camera, size_mm: DVec2) -> 
     inside.map(of_pixel).collect()
 }
 
+/// The rays of `points` by their places.
+pub fn rays(points: &[Correspondence]) -> impl Iterator<Item = (DVec2, [f64; 2])> {
+    points.iter().map(|point| (point.place, point.ray.to_array()))
+}
+
+/// Checks that a method has enough to work with.
+/// Fails where `count` of `what` are fewer than the `least` number.
+pub fn at_least(count: usize, least: usize, what: &str) -> Result<()> {
+    ensure!(count >= least, "{count} {what}, expected at least {least}");
+    Ok(())
+}
+
 /// Sheets of known shape, for tests.
 #[cfg(test)]
 pub mod tests {
     use super::*;
     use deepsft_geometry::glam::{DQuat, DVec3};
-    use deepsft_geometry::training_camera;
+    use deepsft_geometry::{Picture, Template, training_camera};
 
     /// The size of an A4 sheet.
     pub const SIZE_MM: DVec2 = DVec2::new(297.0, 210.0);
+
+    /// A blank sheet of that size.
+    pub fn template() -> Template {
+        Template::thin_shell(Picture::from_fn(1, 1, |_, _| [0; 3]), SIZE_MM.x, SIZE_MM.y).unwrap()
+    }
+
+    /// The vertices of its mesh on a surface.
+    pub fn vertices_on(surface: impl Fn(DVec2) -> DVec3) -> Vec<DVec3> {
+        let places = template().mesh().texture_coordinates().to_vec().into_iter();
+        places.map(|uv| surface(uv * SIZE_MM)).collect()
+    }
+
+    /// The mean distance of its vertices from a surface, mm.
+    pub fn mean_error(vertices: &[DVec3], surface: impl Fn(DVec2) -> DVec3) -> f64 {
+        let pairs = vertices.iter().zip(vertices_on(surface));
+        pairs.map(|(p, truth)| p.distance(truth)).sum::<f64>() / vertices.len() as f64
+    }
 
     /// The point at `place` of a sheet that is rolled around an axis parallel to y, and turned by `turn` about both.
     pub fn cylinder(place: DVec2, radius: f64, turn: f64) -> DVec3 {

@@ -1,7 +1,7 @@
 //! The frames that methods are measured on, and what is harder in some of them.
 
 use anyhow::{Context, Result, bail};
-use clap::ValueEnum;
+use clap::{Args, ValueEnum};
 use deepsft_geometry::{Camera, CanonicalWarp, Template, training_camera};
 use deepsft_synth::{
     ClipEvent, ClipLength, ClipStory, DatasetFolder, RecordingSimulator, Sample, SynthConfig, Synthesizer,
@@ -36,8 +36,15 @@ pub enum Condition {
     GoproHero3,
 }
 
+/// The name of a value on command lines.
+pub fn name(value: impl ValueEnum) -> String {
+    let value = value.to_possible_value();
+    value.map(|value| value.get_name().to_owned()).unwrap_or_default()
+}
+
 impl Condition {
-    fn config(self) -> SynthConfig {
+    /// The settings of such samples, all of which show the template.
+    pub fn config(self) -> SynthConfig {
         let mut config = SynthConfig {
             empty_probability: 0.0,
             ..SynthConfig::default()
@@ -61,124 +68,101 @@ impl Condition {
 
     /// Another camera than the one for training.
     fn camera(self) -> Option<Camera> {
-        let camera = Camera::preset(self.to_possible_value()?.get_name())?;
+        let camera = Camera::preset(&name(self))?;
         // Half their pixels: twice those of the canonical image.
-        camera
-            .resized((CAMERA_WIDTH, CAMERA_WIDTH * camera.size().height / camera.size().width))
-            .ok()
+        let height = CAMERA_WIDTH * camera.size().height / camera.size().width;
+        camera.resized((CAMERA_WIDTH, height)).ok()
     }
 }
 
-/// Frames that belong together: a video, or single images.
-pub struct Take<'a> {
-    /// Those that show the template, as the training camera sees them, in order.
-    pub frames: Box<dyn Iterator<Item = Result<Sample>> + 'a>,
-    /// Frames per second of a video.
-    pub video: Option<f64>,
-    /// How much larger the sheet in the frames is than the template.
-    pub scale: f64,
-}
+/// Frames that belong together, in order: those that show the template, as the training camera sees them.
+pub type Frames<'a> = &'a mut dyn Iterator<Item = Result<Sample>>;
 
-/// Where frames come from.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Source {
-    /// Clips of one second.
-    Clips,
-    /// Single images as of training.
-    Stills(Condition),
-    /// A simulated RGB-D recording: its colour camera.
-    Recording,
-    /// The data set in a folder.
-    DataSet(PathBuf),
+/// Where frames come from: short clips, or what is asked for instead.
+#[derive(Args, Clone, Debug, Default)]
+pub struct Source {
+    /// Single images as of training, instead of the frames of clips
+    #[arg(long, conflicts_with_all = ["recording", "data"])]
+    pub stills: bool,
+    /// The colour pictures of a simulated recording, instead of the frames of clips
+    #[arg(long, conflicts_with = "data")]
+    pub recording: bool,
+    /// The images of a data set, as `deepsft synth` and Blender's script write it, instead of the frames of clips
+    #[arg(long, value_name = "DIR")]
+    pub data: Option<PathBuf>,
+    /// What is harder in the stills
+    #[arg(
+        long,
+        value_name = "NAME",
+        value_enum,
+        default_value = "trained",
+        requires = "stills"
+    )]
+    pub condition: Condition,
 }
 
 impl Source {
-    /// How many frames of a take lie between two that are measured, with the second of them.
-    pub fn measured_each(&self) -> usize {
-        match self {
-            Self::Clips | Self::Recording => MEASURED_EACH,
-            Self::Stills(_) | Self::DataSet(_) => 1,
-        }
-    }
-
     /// Whether its takes are videos.
     pub fn is_video(&self) -> bool {
-        matches!(self, Self::Clips | Self::Recording)
+        !self.stills && self.data.is_none()
     }
 
-    /// Calls `each` with takes, as many as hold `measured` frames to measure.
-    ///
-    /// # Errors
-    /// Those of `each`, of the renderer and of the data set's files; where hardly any image shows the template.
+    /// How many frames of a take lie between two that are measured, with the second of them.
+    pub fn measured_each(&self) -> usize {
+        if self.is_video() { MEASURED_EACH } else { 1 }
+    }
+
+    /// Calls `each` with takes, as many as hold `measured` frames to measure; the frames per second of a video; and how much larger the sheet
+    /// in the frames is than the template.
+    /// Errors are those of `each`, of the renderer and of the data set's files; where hardly any image shows the template.
     pub fn takes(
         &self,
         template: &Template,
         seed: u64,
         measured: usize,
-        mut each: impl FnMut(Take<'_>) -> Result<()>,
+        mut each: impl FnMut(Frames<'_>, Option<f64>, f64) -> Result<()>,
     ) -> Result<()> {
-        let per_take = match self {
-            Self::Clips => CLIP_FRAMES,
-            Self::Recording => RecordingSimulator::FRAMES_PER_TAKE,
-            Self::Stills(condition) => {
-                let frames = Box::new(stills(template, *condition, seed, measured)?);
-                return each(Take {
-                    frames,
-                    video: None,
-                    scale: 1.0,
-                });
-            }
-            Self::DataSet(folder) => {
-                let set = DatasetFolder::open(folder)?;
-                let checked = set.description().check_template(template);
-                checked.with_context(|| folder.display().to_string())?;
-                let samples = set.samples(training_camera())?.map(|sample| Ok(sample?));
-                let frames = Box::new(shown(samples).take(measured));
-                return each(Take {
-                    frames,
-                    video: None,
-                    scale: 1.0,
-                });
-            }
+        if let Some(folder) = &self.data {
+            let set = DatasetFolder::open(folder)?;
+            let checked = set.description().check_template(template);
+            checked.with_context(|| folder.display().to_string())?;
+            let samples = set.samples(training_camera())?.map(|sample| Ok(sample?));
+            return each(&mut shown(samples).take(measured), None, 1.0);
+        }
+        if self.stills {
+            return each(&mut stills(template, self.condition, seed, measured)?, None, 1.0);
+        }
+        let simulator = self.recording.then(|| RecordingSimulator::new(template, false, seed));
+        let simulator = simulator.transpose()?;
+        let per_take = if self.recording {
+            RecordingSimulator::FRAMES_PER_TAKE
+        } else {
+            CLIP_FRAMES
         };
         let all = measured * MEASURED_EACH;
         for (number, first) in (0..all).step_by(per_take).enumerate() {
             let frames = 0..per_take.min(all - first);
-            match self {
-                Self::Recording => {
-                    let simulator = RecordingSimulator::new(template, false, seed)?;
-                    let take = simulator.take(number);
-                    each(Take {
-                        frames: Box::new(frames.map(|frame| Ok(take.frame(frame)?.truth))),
-                        video: Some(RecordingSimulator::FRAMES_PER_S),
-                        scale: simulator.print().scale,
-                    })?;
-                }
-                _ => {
-                    let config = SynthConfig::for_clip_stories(training_camera());
-                    let synthesizer = Synthesizer::new(template, config)?;
-                    let length = ClipLength {
-                        frames: CLIP_FRAMES,
-                        ..ClipLength::default()
-                    };
-                    let rate = length.frames_per_s;
-                    let story = ClipStory::new(&synthesizer, length, ClipEvent::Motion, seed + number as u64)?;
-                    each(Take {
-                        frames: Box::new(frames.map(|frame| Ok(story.render(frame)?))),
-                        video: Some(rate),
-                        scale: 1.0,
-                    })?;
-                }
+            if let Some(simulator) = &simulator {
+                let (take, rate) = (simulator.take(number), RecordingSimulator::FRAMES_PER_S);
+                let mut frames = frames.map(|frame| Ok(take.frame(frame)?.truth));
+                each(&mut frames, Some(rate), simulator.print().scale)?;
+                continue;
             }
+            let synthesizer = Synthesizer::new(template, SynthConfig::for_clip_stories(training_camera()))?;
+            let length = ClipLength {
+                frames: CLIP_FRAMES,
+                ..ClipLength::default()
+            };
+            let rate = length.frames_per_s;
+            let story = ClipStory::new(&synthesizer, length, ClipEvent::Motion, seed + number as u64)?;
+            each(&mut frames.map(|frame| Ok(story.render(frame)?)), Some(rate), 1.0)?;
         }
         Ok(())
     }
 }
 
 /// The first `count` samples of `seed` that show the template, as the training camera sees them.
-///
-/// # Errors
-/// Where the renderer refuses the template; an item where hardly any sample shows it.
+/// Fails where the renderer refuses the template; an item where hardly any sample shows it.
 pub fn stills(
     template: &Template,
     condition: Condition,
@@ -186,9 +170,7 @@ pub fn stills(
     count: usize,
 ) -> Result<impl Iterator<Item = Result<Sample>> + use<>> {
     let (mut config, camera) = (condition.config(), condition.camera());
-    if let Some(camera) = &camera {
-        config.camera = *camera;
-    }
+    config.camera = camera.unwrap_or(config.camera);
     let synthesizer = Synthesizer::new(template, config)?;
     let template = template.clone();
     let samples = (0..2 * count as u64 + 10).map(move |index| {
@@ -212,13 +194,12 @@ fn canonical(sample: Sample, template: &Template) -> Result<Sample> {
     let camera = training_camera();
     let truth = canonical_truth(&sample, template.mesh(), &camera);
     let image = CanonicalWarp::new(&sample.camera, &camera).apply(&sample.image)?;
-    Ok(Sample::new(
-        image,
-        truth,
-        sample.vertices_camera,
-        camera,
-        sample.towards_light,
-    ))
+    let Sample {
+        vertices_camera,
+        towards_light,
+        ..
+    } = sample;
+    Ok(Sample::new(image, truth, vertices_camera, camera, towards_light))
 }
 
 #[cfg(test)]

@@ -41,7 +41,8 @@ enum Command {
     /// Run methods on the same synthetic frames and print the paper's table.
     Compare(compare::CompareArguments),
     /// Make frames for everybody's method, and score predictions on them.
-    Benchmark(benchmark::BenchmarkArguments),
+    #[command(subcommand)]
+    Benchmark(benchmark::BenchmarkCommand),
     /// Print the tables of the paper with our rows in them.
     Tables(tables::TablesArguments),
     /// Train a network of others on our synthetic samples.
@@ -52,7 +53,7 @@ fn main() -> Result<()> {
     match Arguments::parse().command {
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Tables(arguments) => tables::run(&arguments),
-        Command::Benchmark(arguments) => benchmark::run(&arguments),
+        Command::Benchmark(command) => benchmark::run(&command),
         Command::Train(arguments) => train::run(&arguments),
     }
 }

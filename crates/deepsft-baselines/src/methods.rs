@@ -3,6 +3,7 @@
 use crate::ch17::{Ch17, Ch17Surface};
 use crate::ch17r::Ch17r;
 use crate::frame::{Correspondence, correspondences};
+use crate::frames::name;
 use crate::networks::{Rival, RivalNetwork, Said, read_checkpoint};
 use crate::ngo15::Ngo15;
 use crate::ours::{self, Network};
@@ -33,31 +34,31 @@ const LONGER: f64 = 0.03;
 /// A row of the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Method {
-    /// Closed form, true registration
+    /// Chhatkuli et al. 2017: closed form and surface integration, from the true registration
     Ch17Gtr,
-    /// The same, refined
+    /// The same, refined by Levenberg-Marquardt (Brunet et al. 2014)
     Ch17rGtr,
-    /// Closed form, registration by optical flow
+    /// Closed form from the registration of dense optical flow (Brox et al. 2004), frame to frame
     Ch17Dof,
     /// The same, refined
     Ch17rDof,
     /// The registration by optical flow itself
     Dof,
-    /// Laplacian mesh from sparse matches
+    /// Ngo, Ostlund, Fua 2015: Laplacian mesh from matches of our features
     Ngo15,
-    /// Particles between the sightlines of sparse matches and edge lengths, from the last shape
+    /// Shetab-Bushehri et al. 2023: particles on the sightlines of such matches; in videos from the last measured shape
     Robusft,
-    /// HDM-Net of --trained
+    /// Golyanik et al. 2018: the grid of a sheet by a network, trained by `train`
     HdmNet,
-    /// IsMo-GAN of --trained
+    /// Shimada et al. 2019: the same, adversarial
     IsmoGan,
-    /// DenseDepth with its authors' weights, which we do not read: an empty row
+    /// Alhashim, Wonka 2018: depth of any scene, with their authors' weights; those are not read here, the row stays empty
     DenseDepth,
-    /// DenseDepth of --trained
+    /// The same, trained by `train` on our samples alone; depth inside the true mask, no registration
     DenseDepthFt,
-    /// BTS with its authors' weights: an empty row
+    /// Lee et al. 2019: depth of any scene, with its authors' weights: an empty row
     Bts,
-    /// BTS of --trained
+    /// The same, trained by `train`
     BtsFt,
     /// Ours without training: features and the fit of the mesh
     Features,
@@ -99,8 +100,13 @@ impl Method {
         Measured {
             depth: self != Self::Dof,
             registration: !is_depth_alone,
-            given: matches!(self, Self::Ch17Gtr | Self::Ch17rGtr | Self::Ch17Dof | Self::Ch17rDof),
+            given: self.is_closed_form(),
         }
+    }
+
+    /// Whether it is the closed form, refined or not.
+    fn is_closed_form(self) -> bool {
+        matches!(self, Self::Ch17Gtr | Self::Ch17rGtr | Self::Ch17Dof | Self::Ch17rDof)
     }
 
     /// Whether it has a row for each network.
@@ -125,17 +131,18 @@ impl Method {
     }
 }
 
-/// What the frames of a video so far say of the next one.
-#[derive(Debug, Default)]
+/// What the frames of a video so far say of the next one, and the processor time that it took, s.
+#[derive(Default)]
 pub struct Followed {
     /// The registration by optical flow; none in the first frame, and when the template was lost.
     pub registration: Option<Maps>,
+    pub flow_s: f64,
     /// The maps of the tracked mesh, while it is found.
     pub tracked: Option<Maps>,
+    pub tracker_s: f64,
 }
 
 /// The methods for flat sheets alone.
-#[derive(Debug)]
 struct SheetMethods {
     ngo15: Ngo15,
     robusft: Robusft,
@@ -143,7 +150,6 @@ struct SheetMethods {
 }
 
 /// All methods, prepared for one template.
-#[derive(Debug)]
 pub struct Methods {
     template: Template,
     /// None where the texture is no flattening of the surface.
@@ -156,17 +162,13 @@ pub struct Methods {
 
 impl Methods {
     /// Prepares them for `template` with the networks in the folders `models` and those that were trained into `trained`.
-    ///
-    /// # Errors
-    /// Where a bundle or a trained network cannot be read.
+    /// Fails where a bundle or a trained network cannot be read.
     pub fn new(template: &Template, models: &[PathBuf], trained: Option<&Path>) -> Result<Self> {
         let mut rivals = Vec::new();
         for rival in Rival::value_variants().iter().filter(|_| template.is_sheet()) {
-            let folder = trained.map(|folder| folder.join(rival.name()));
-            let read = |folder: PathBuf| read_checkpoint(&folder, template, &Device::flex());
-            if let Some((saved, network)) = folder.map(read).transpose()?.flatten() {
-                rivals.push((saved.state.method, network.valid()));
-            }
+            let read = |folder: &Path| read_checkpoint(&folder.join(name(*rival)), template, &Device::flex());
+            let read = trained.map(read).transpose()?.flatten();
+            rivals.extend(read.map(|(_, network)| (*rival, network.valid())));
         }
         let sheet = || -> Result<_> {
             Ok(SheetMethods {
@@ -176,14 +178,13 @@ impl Methods {
             })
         };
         let models = models.iter().cloned().chain(ours::bundles(trained)?);
+        let networks = models.map(|folder| Network::read(&folder, template));
         Ok(Self {
             rivals,
             ch17r: is_flattened(template).then(|| Ch17r::new(template)).transpose()?,
             sheet: template.is_sheet().then(sheet).transpose()?,
             features: ours::features(template)?,
-            networks: models
-                .map(|folder| Network::read(&folder, template))
-                .collect::<Result<_>>()?,
+            networks: networks.collect::<Result<_>>()?,
             template: template.clone(),
         })
     }
@@ -202,29 +203,26 @@ impl Methods {
 
     /// Why the row of `method` has to stay empty; `None` where it can run.
     pub fn missing(&self, method: Method) -> Option<String> {
-        let (can_run, for_what) = match method {
-            Method::Ch17Gtr | Method::Ch17rGtr | Method::Ch17Dof | Method::Ch17rDof => {
-                (self.ch17r.is_some(), "surfaces that can be flattened")
+        let alone = |for_what: &str| Some(format!("for {for_what} alone"));
+        match method {
+            _ if method.is_closed_form() && self.ch17r.is_none() => alone("surfaces that can be flattened"),
+            Method::Ngo15 | Method::Robusft | Method::HdmNet | Method::IsmoGan if self.sheet.is_none() => {
+                alone("flat sheets")
             }
-            Method::Ngo15 | Method::Robusft | Method::HdmNet | Method::IsmoGan => (self.sheet.is_some(), "flat sheets"),
-            _ => (true, ""),
-        };
-        if !can_run {
-            return Some(format!("for {for_what} alone"));
+            Method::DenseDepth | Method::Bts => {
+                Some("no weights: its authors', of NYU Depth v2, are not read here".to_owned())
+            }
+            _ => {
+                let rival = method.rival()?;
+                let untrained = format!("no weights: `train {}`, then --trained", name(rival));
+                self.network_of(rival).is_none().then_some(untrained)
+            }
         }
-        if matches!(method, Method::DenseDepth | Method::Bts) {
-            return Some("no weights: its authors', of NYU Depth v2, are not read here".to_owned());
-        }
-        let rival = method.rival()?;
-        let is_trained = self.rivals.iter().any(|(trained, _)| *trained == rival);
-        (!is_trained).then(|| format!("no weights: `train {}`, then --trained", rival.name()))
     }
 
     /// The depth and registration that `method`, by the network of that number, has of a frame of a video that was `followed` until it.
     /// `None` where it finds nothing; errors of a method on its data count as that.
-    ///
-    /// # Errors
-    /// Where the method lacks what it needs.
+    /// Fails where the method lacks what it needs.
     pub fn answer(
         &mut self,
         method: Method,
@@ -238,27 +236,24 @@ impl Methods {
             Method::Ch17rGtr => self.refined(&sample.truth, camera),
             Method::Ch17Dof => flow.and_then(|flow| self.closed_form(flow, camera)),
             Method::Ch17rDof => flow.and_then(|flow| self.refined(flow, camera)),
-            Method::Ngo15 => {
+            Method::Ngo15 | Method::Robusft => {
                 let sheet = self.sheet.as_mut().context("it is for sheets")?;
-                let matches = sheet.matches(sample, NGO15_MATCHES)?;
-                let vertices = sheet.ngo15.reconstruct(&matches, camera).ok();
-                vertices.map(|vertices| self.drawn(&vertices, camera))
-            }
-            Method::Robusft => {
-                let sheet = self.sheet.as_mut().context("it is for sheets")?;
-                let matches = sheet.matches(sample, ROBUSFT_MATCHES)?;
-                let vertices = sheet.robusft.reconstruct(&matches, camera).ok();
-                vertices.map(|vertices| self.drawn(&vertices, camera))
+                let vertices = if method == Method::Ngo15 {
+                    sheet.ngo15.reconstruct(&sheet.matches(sample, NGO15_MATCHES)?, camera)
+                } else {
+                    let matches = sheet.matches(sample, ROBUSFT_MATCHES)?;
+                    sheet.robusft.reconstruct(&matches, camera)
+                };
+                vertices.ok().map(|vertices| self.drawn(&vertices, camera))
             }
             Method::Dof => flow.cloned(),
-            Method::HdmNet
-            | Method::IsmoGan
-            | Method::DenseDepth
-            | Method::DenseDepthFt
-            | Method::Bts
-            | Method::BtsFt => {
-                let network = self.rivals.iter().find(|(rival, _)| Some(*rival) == method.rival());
-                match network.context("no weights")?.1.say(image, &Device::flex())? {
+            Method::Features => ours::fitted_maps(&mut self.features, image, camera)?,
+            Method::Tracked => followed.tracked.clone(),
+            Method::Network => self.networks[network].maps(image, camera)?,
+            Method::NetworkFit => ours::fitted_maps(&mut self.networks[network].with_fit, image, camera)?,
+            _ => {
+                let network = method.rival().and_then(|rival| self.network_of(rival));
+                match network.context("no weights")?.say(image, &Device::flex())? {
                     Said::Depth(maps) => Some(maps),
                     Said::Vertices(vertices) => {
                         let is_ahead = vertices.iter().all(|p| p.is_finite() && p.z > NEAREST_MM);
@@ -266,16 +261,17 @@ impl Methods {
                     }
                 }
             }
-            Method::Features => ours::fitted_maps(&mut self.features, image, camera)?,
-            Method::Tracked => followed.tracked.clone(),
-            Method::Network => self.networks[network].maps(image, camera)?,
-            Method::NetworkFit => ours::fitted_maps(&mut self.networks[network].with_fit, image, camera)?,
         })
+    }
+
+    fn network_of(&self, rival: Rival) -> Option<&RivalNetwork> {
+        let mut rivals = self.rivals.iter();
+        rivals.find_map(|(trained, network)| (*trained == rival).then_some(network))
     }
 
     fn surface(&self, registration: &Maps, camera: &Camera) -> Option<(Vec<Correspondence>, Ch17Surface)> {
         let seen = correspondences(registration, camera, self.template.size_mm());
-        let surface = Ch17::default().reconstruct(&seen, self.template.size_mm()).ok()?;
+        let surface = Ch17::COMPARED.reconstruct(&seen, self.template.size_mm()).ok()?;
         Some((seen, surface))
     }
 
@@ -305,12 +301,8 @@ impl SheetMethods {
         let (features, camera) = Features::of(&sample.image, &sample.camera)?;
         let correspondence = |m: &deepsft::features::Match| {
             let ray = camera.ray_from_pixel(m.pixel.as_dvec2());
-            let pixel = sample.camera.pixel_from_ray(ray)?;
-            Some(Correspondence {
-                place: m.place.as_dvec2(),
-                pixel,
-                ray,
-            })
+            let (place, pixel) = (m.place.as_dvec2(), sample.camera.pixel_from_ray(ray)?);
+            Some(Correspondence { place, pixel, ray })
         };
         let matches = self.matcher.matches(&features);
         Ok(matches.iter().take(most).filter_map(correspondence).collect())
@@ -321,12 +313,9 @@ impl SheetMethods {
 fn is_flattened(template: &Template) -> bool {
     let (mesh, size_mm) = (template.mesh(), template.size_mm());
     let (points, places) = (mesh.vertices(), mesh.texture_coordinates());
-    let sides = mesh.faces().iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]);
-    let mut of_sides = sides.map(|(a, b)| {
-        (
-            points[a].distance(points[b]),
-            ((places[a] - places[b]) * size_mm).length(),
-        )
-    });
-    of_sides.all(|(length, flat)| (length - flat).abs() < LONGER * flat)
+    let mut sides = mesh.faces().iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]);
+    sides.all(|(a, b)| {
+        let flat = ((places[a] - places[b]) * size_mm).length();
+        (points[a].distance(points[b]) - flat).abs() < LONGER * flat
+    })
 }

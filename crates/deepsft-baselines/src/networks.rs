@@ -12,4 +12,4 @@ mod rival;
 
 pub use batch::Batch;
 pub use checkpoint::{TrainingState, read_checkpoint};
-pub use rival::{Rival, RivalNetwork, Said};
+pub use rival::{Rival, RivalNetwork, Said, Settings};

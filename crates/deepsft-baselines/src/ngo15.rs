@@ -28,13 +28,13 @@
 //! * Edges are held on both sides: under `not longer` alone the nearer, smaller mesh explains the image as well. The constraints are a stiff
 //!   penalty, because the solver has no others.
 
-use crate::frame::Correspondence;
+use crate::frame::{Correspondence, at_least};
 use crate::reduced::{Reduced, expanded};
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result};
 use deepsft_geometry::fitting::{GridInterpolation, SurfaceLocator};
-use deepsft_geometry::glam::{DVec2, DVec3};
+use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::solver::{
-    Bending, Energy, ImagePoint, Isometry, MeshSolver, Reprojection, ResidualSink, Robust, SolveOptions, SurfacePoint,
+    Bending, Energy, Isometry, MeshSolver, Reprojection, ResidualSink, Robust, SolveOptions, SurfacePoint,
 };
 use deepsft_geometry::{Camera, Template, TriangleMesh};
 use faer::linalg::solvers::Solve;
@@ -63,7 +63,6 @@ const LAST_BENDING: f64 = 2e-3;
 const STEPS: usize = 60;
 
 /// The method for one sheet.
-#[derive(Debug)]
 pub struct Ngo15 {
     coarse: Template,
     to_template: GridInterpolation,
@@ -76,147 +75,99 @@ pub struct Ngo15 {
     solver: MeshSolver,
 }
 
-/// A match on the mesh.
-#[derive(Clone, Copy, Debug)]
-struct Observed {
-    point: SurfacePoint,
-    seen: Correspondence,
-}
+/// A match and its point on the mesh.
+type Observed = (SurfacePoint, Correspondence);
 
-/// Collects the rows of A.
-struct Rows(Vec<Vec<(usize, f64)>>);
+/// The square of A: a row and a column per vertex.
+struct Laplacian(Mat<f64>);
 
-impl ResidualSink for Rows {
+impl ResidualSink for Laplacian {
     fn scalar(&mut self, _: f64, _: f64, _: &[(usize, DVec3)]) {}
 
     fn vector(&mut self, _: DVec3, weight: f64, coefficients: &[(usize, f64)]) {
-        self.0
-            .push(coefficients.iter().map(|&(v, c)| (v, weight.sqrt() * c)).collect());
-    }
-}
-
-/// The square of A: a row and a column per vertex.
-fn laplacian(mesh: &TriangleMesh) -> Result<Mat<f64>> {
-    let mut rows = Rows(Vec::new());
-    Bending::new(mesh, 1.0)?.linearize(mesh.vertices(), &mut rows);
-    let n = mesh.vertices().len();
-    let mut square = Mat::zeros(n, n);
-    for row in rows.0 {
-        for &(a, wa) in &row {
-            row.iter().for_each(|&(b, wb)| square[(a, b)] += wa * wb);
+        let row = || coefficients.iter().map(|&(v, c)| (v, weight.sqrt() * c));
+        for (a, wa) in row() {
+            row().for_each(|(b, wb)| self.0[(a, b)] += wa * wb);
         }
     }
-    Ok(square)
 }
 
 /// P: the vertices with the least |A x|^2 among those with the control vertices `controls`.
 fn projection(laplacian: &Mat<f64>, controls: &[usize]) -> Result<Mat<f64>> {
     let n = laplacian.nrows();
     let free: Vec<usize> = (0..n).filter(|v| !controls.contains(v)).collect();
+    let within = Mat::from_fn(free.len(), free.len(), |i, j| laplacian[(free[i], free[j])]);
+    let mut solved = Mat::from_fn(free.len(), controls.len(), |i, k| -laplacian[(free[i], controls[k])]);
+    let factor = within.llt(Side::Lower).ok();
+    let factor = factor.context("the control vertices leave others open")?;
+    factor.solve_in_place(solved.as_mut());
     let mut projection = Mat::zeros(n, controls.len());
     controls.iter().enumerate().for_each(|(k, &v)| projection[(v, k)] = 1.0);
-    if !free.is_empty() {
-        let within = Mat::from_fn(free.len(), free.len(), |i, j| laplacian[(free[i], free[j])]);
-        let mut right = Mat::from_fn(free.len(), controls.len(), |i, k| -laplacian[(free[i], controls[k])]);
-        let factor = within.llt(Side::Lower).ok();
-        factor
-            .context("the control vertices leave others open")?
-            .solve_in_place(right.as_mut());
-        for (i, &v) in free.iter().enumerate() {
-            (0..controls.len()).for_each(|k| projection[(v, k)] = right[(i, k)]);
-        }
+    for (i, &v) in free.iter().enumerate() {
+        (0..controls.len()).for_each(|k| projection[(v, k)] = solved[(i, k)]);
     }
     Ok(projection)
 }
 
 impl Ngo15 {
     /// Prepares what does not depend on the frame, with 6 x 6 control vertices.
-    ///
-    /// # Errors
-    /// For a template that is no sheet.
+    /// Fails for a template that is no sheet.
     pub fn new(template: &Template) -> Result<Self> {
-        let (columns, rows) = template.coarser(COARSER)?.grid().context("the template is no sheet")?;
-        let spread = |count: usize| (0..CONTROLS).map(move |k| (k * (count - 1) + (CONTROLS - 1) / 2) / (CONTROLS - 1));
-        let mut controls: Vec<usize> = spread(rows)
-            .flat_map(|j| spread(columns).map(move |i| j * columns + i))
-            .collect();
-        controls.dedup();
-        Self::with_controls(template, &controls)
-    }
-
-    fn with_controls(template: &Template, controls: &[usize]) -> Result<Self> {
         let coarse = template.coarser(COARSER)?;
         let mesh = coarse.mesh();
-        let laplacian = laplacian(mesh)?;
-        let projection = projection(&laplacian, controls)?;
-        let regularisation = projection.transpose() * &laplacian * &projection;
+        let (columns, rows) = coarse.grid().context("the template is no sheet")?;
+        let spread = |count: usize| (0..CONTROLS).map(move |k| (k * (count - 1) + (CONTROLS - 1) / 2) / (CONTROLS - 1));
+        let controls = spread(rows).flat_map(|j| spread(columns).map(move |i| j * columns + i));
+        let mut controls: Vec<usize> = controls.collect();
+        controls.dedup();
+        let n = mesh.vertices().len();
+        let mut laplacian = Laplacian(Mat::zeros(n, n));
+        Bending::new(mesh, 1.0)?.linearize(mesh.vertices(), &mut laplacian);
+        let projection = projection(&laplacian.0, &controls)?;
         let isometry = Isometry::new(mesh, ISOMETRY)?;
         // The solver couples what the terms say: of a mesh of the control vertices it takes the lengths that steps are compared with.
-        let place = |v: &usize| mesh.vertices()[*v];
-        let uv = |v: &usize| mesh.texture_coordinates()[*v];
         let faces = (2..controls.len()).map(|k| [k - 2, k - 1, k]).collect();
-        let nodes = TriangleMesh::new(
-            controls.iter().map(place).collect(),
-            controls.iter().map(uv).collect(),
-            faces,
-        )?;
-        let solver = MeshSolver::new(
-            &nodes,
-            &[&Reduced {
-                term: &isometry,
-                projection: &projection,
-            }],
-        )?;
+        let uv = controls.iter().map(|&v| mesh.texture_coordinates()[v]).collect();
+        let nodes = TriangleMesh::new(controls.iter().map(|&v| mesh.vertices()[v]).collect(), uv, faces)?;
+        let reduced = Reduced {
+            term: &isometry,
+            projection: &projection,
+        };
         Ok(Self {
+            solver: MeshSolver::new(&nodes, &[&reduced])?,
             to_template: GridInterpolation::cubic(&coarse, template.mesh())?,
             locator: SurfaceLocator::new(mesh),
+            regularisation: projection.transpose() * &laplacian.0 * &projection,
             coarse,
             projection,
-            regularisation,
             isometry,
-            solver,
         })
     }
 
     /// Reconstructs the vertices of the template's mesh (mm, camera frame) from `matches`, right and wrong ones.
-    ///
-    /// # Errors
-    /// When fewer than 12 matches agree on a mesh.
+    /// Fails when fewer than 12 matches agree on a mesh.
     pub fn reconstruct(&mut self, matches: &[Correspondence], camera: &Camera) -> Result<Vec<DVec3>> {
         let size_mm = self.coarse.size_mm();
-        let observed = |seen: &Correspondence| {
-            let point = self
-                .locator
-                .locate((seen.place / size_mm).clamp(DVec2::ZERO, DVec2::ONE))?;
-            Some(Observed { point, seen: *seen })
-        };
+        let observed = |seen: &Correspondence| Some((self.locator.locate(seen.uv(size_mm))?, *seen));
         let all: Vec<Observed> = matches.iter().filter_map(observed).collect();
         let (mut kept, mut controls) = (all.clone(), Vec::new());
         for halving in 0..HALVINGS {
-            ensure!(
-                kept.len() >= FEWEST,
-                "{} matches agree, expected at least {FEWEST}",
-                kept.len()
-            );
+            at_least(kept.len(), FEWEST, "matches agree")?;
             let scale = 0.5_f64.powi(halving as i32);
             controls = self.linear(&kept, REGULARISATION * scale)?;
             let vertices = expanded(&self.projection, &controls);
             let is_near = |observed: &&Observed| self.error_px(observed, camera, &vertices) < RADIUS_PX * scale;
             kept = all.iter().filter(is_near).copied().collect();
         }
-        ensure!(
-            kept.len() >= FEWEST,
-            "{} matches agree, expected at least {FEWEST}",
-            kept.len()
-        );
+        at_least(kept.len(), FEWEST, "matches agree")?;
         let vertices = self.constrained(&kept, camera, &controls)?;
         Ok(self.to_template.apply(&vertices))
     }
 
     /// Pixels between a match and where the mesh has it.
-    fn error_px(&self, observed: &Observed, camera: &Camera, vertices: &[DVec3]) -> f64 {
-        let projected = camera.project(observed.point.position(self.coarse.mesh().faces(), vertices));
-        projected.map_or(f64::INFINITY, |pixel| pixel.distance(observed.seen.pixel))
+    fn error_px(&self, (point, seen): &Observed, camera: &Camera, vertices: &[DVec3]) -> f64 {
+        let projected = camera.project(point.position(self.coarse.mesh().faces(), vertices));
+        projected.map_or(f64::INFINITY, |pixel| pixel.distance(seen.pixel))
     }
 
     /// Step 1: the control vertices of the linear problem, scaled to the mesh.
@@ -224,12 +175,11 @@ impl Ngo15 {
         let count = self.projection.ncols();
         let mut square = Mat::<f64>::zeros(3 * count, 3 * count);
         let mut row = vec![[0.0; 2]; 3 * count];
-        for Observed { point, seen } in observed {
-            let corners = self.coarse.mesh().faces()[point.face];
+        for (point, seen) in observed {
+            let corners = self.coarse.mesh().faces()[point.face].into_iter();
+            let corners = corners.zip(point.barycentric);
             for k in 0..count {
-                let weight: f64 = (0..3)
-                    .map(|i| point.barycentric[i] * self.projection[(corners[i], k)])
-                    .sum();
+                let weight: f64 = corners.clone().map(|(v, b)| b * self.projection[(v, k)]).sum();
                 row[3 * k] = [weight, 0.0];
                 row[3 * k + 1] = [0.0, weight];
                 row[3 * k + 2] = [-weight * seen.ray.x, -weight * seen.ray.y];
@@ -246,15 +196,12 @@ impl Ngo15 {
                 (0..3).for_each(|axis| square[(3 * i + axis, 3 * k + axis)] += weight);
             }
         }
-        let eigen = square
-            .self_adjoint_eigen(Side::Lower)
-            .ok()
-            .context("the linear problem has no solution")?;
+        let eigen = square.self_adjoint_eigen(Side::Lower).ok();
+        let eigen = eigen.context("the linear problem has no solution")?;
         // Eigenvalues ascend.
         let vector = eigen.U().col(0);
-        let controls: Vec<DVec3> = (0..count)
-            .map(|k| DVec3::new(vector[3 * k], vector[3 * k + 1], vector[3 * k + 2]))
-            .collect();
+        let control = |k: usize| DVec3::from([0, 1, 2].map(|axis| vector[3 * k + axis]));
+        let controls: Vec<DVec3> = (0..count).map(control).collect();
         let scale = self.scale(&controls);
         Ok(controls.into_iter().map(|control| scale * control).collect())
     }
@@ -274,20 +221,13 @@ impl Ngo15 {
 
     /// Step 3: the mesh under constant edge lengths.
     fn constrained(&mut self, observed: &[Observed], camera: &Camera, start: &[DVec3]) -> Result<Vec<DVec3>> {
-        let image_point = |o: &Observed| ImagePoint {
-            point: o.point,
-            pixel: o.seen.pixel,
-            weight: 1.0,
-        };
-        let points: Vec<ImagePoint> = observed.iter().map(image_point).collect();
+        let points: Vec<_> = observed.iter().map(|(point, seen)| seen.image_point(*point)).collect();
         let mesh = self.coarse.mesh();
         let data = Reprojection::new(mesh, camera, &points, Robust::Squares)?;
         let bending = Bending::new(mesh, LAST_BENDING * observed.len() as f64)?;
         let terms: [&dyn Energy; 3] = [&data, &bending, &self.isometry];
-        let terms = terms.map(|term| Reduced {
-            term,
-            projection: &self.projection,
-        });
+        let projection = &self.projection;
+        let terms = terms.map(|term| Reduced { term, projection });
         let options = SolveOptions {
             max_iterations: STEPS,
             first_damping: 1e-6,
@@ -301,57 +241,36 @@ impl Ngo15 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frame::tests::{SIZE_MM, correspondences, cylinder};
-    use deepsft_geometry::{Picture, training_camera};
+    use crate::frame::tests::{correspondences, cylinder, mean_error, template};
+    use deepsft_geometry::glam::DVec2;
+    use deepsft_geometry::training_camera;
 
-    fn template() -> Template {
-        Template::thin_shell(Picture::from_fn(1, 1, |_, _| [0; 3]), SIZE_MM.x, SIZE_MM.y).unwrap()
-    }
-
-    fn mean_error(template: &Template, vertices: &[DVec3], truth: impl Fn(DVec2) -> DVec3) -> f64 {
-        let places = template.mesh().texture_coordinates().iter().map(|uv| *uv * SIZE_MM);
-        let errors = places.zip(vertices).map(|(place, p)| p.distance(truth(place)));
-        errors.sum::<f64>() / vertices.len() as f64
+    fn error_mm(method: &mut Ngo15, matches: &[Correspondence], truth: impl Fn(DVec2) -> DVec3) -> f64 {
+        mean_error(&method.reconstruct(matches, &training_camera()).unwrap(), truth)
     }
 
     #[test]
     fn a_rigid_sheet_is_exact_and_two_fifths_of_wrong_matches_change_nothing() {
-        let template = template();
         // So large a radius that the sheet is flat to 1e-6 mm.
         let truth = |place: DVec2| cylinder(place, 1e10, 0.5) + DVec3::Z * 500.0;
-        let mut method = Ngo15::new(&template).unwrap();
+        let mut method = Ngo15::new(&template()).unwrap();
         let mut matches = correspondences(&truth, 15);
-        let exact = method.reconstruct(&matches, &training_camera()).unwrap();
-        assert!(
-            mean_error(&template, &exact, truth) < 1e-3,
-            "{}",
-            mean_error(&template, &exact, truth)
-        );
+        let exact = error_mm(&mut method, &matches, truth);
+        assert!(exact < 1e-3, "{exact}");
         let places: Vec<DVec2> = matches.iter().map(|m| m.place).collect();
         for k in (0..matches.len()).filter(|k| k % 5 < 2) {
             matches[k].place = places[(k * 97 + 31) % places.len()];
         }
-        let robust = method.reconstruct(&matches, &training_camera()).unwrap();
-        assert!(
-            mean_error(&template, &robust, truth) < 1.0,
-            "{}",
-            mean_error(&template, &robust, truth)
-        );
+        let robust = error_mm(&mut method, &matches, truth);
+        assert!(robust < 1.0, "{robust}");
     }
 
     #[test]
     fn a_noise_free_isometric_mesh_is_recovered() {
-        let template = template();
         let truth = |place: DVec2| cylinder(place, 130.0, 0.5) + DVec3::Z * 500.0;
-        let mut method = Ngo15::new(&template).unwrap();
-        let vertices = method
-            .reconstruct(&correspondences(&truth, 25), &training_camera())
-            .unwrap();
+        let mut method = Ngo15::new(&template()).unwrap();
+        let error = error_mm(&mut method, &correspondences(&truth, 25), truth);
         // Chords of 31 mm on a radius of 130 mm are 31^2 / (8 * 130) = 0.9 mm off the arc.
-        assert!(
-            mean_error(&template, &vertices, truth) < 2.0,
-            "{}",
-            mean_error(&template, &vertices, truth)
-        );
+        assert!(error < 2.0, "{error}");
     }
 }

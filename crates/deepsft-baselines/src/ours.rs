@@ -12,15 +12,12 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The training-free finder and fit of a template.
-///
-/// # Errors
-/// For a print of a size that no print has.
+/// Fails for a print of a size that no print has.
 pub fn features(template: &Template) -> Result<TargetFinder> {
     Ok(TargetFinder::new(Target::from_template(template.clone()))?)
 }
 
 /// A trained network, alone and with the fit of the mesh to the image.
-#[derive(Debug)]
 pub struct Network {
     /// What it is called in tables.
     pub name: String,
@@ -32,9 +29,7 @@ pub struct Network {
 
 impl Network {
     /// Reads the bundle in `folder`, which was trained for `template`.
-    ///
-    /// # Errors
-    /// Names the folder that is no bundle or one of another template.
+    /// Errors name the folder that is no bundle or one of another template.
     pub fn read(folder: &Path, template: &Template) -> Result<Self> {
         Self::open(folder, template).with_context(|| format!("model bundle {}", folder.display()))
     }
@@ -42,18 +37,21 @@ impl Network {
     fn open(folder: &Path, template: &Template) -> Result<Self> {
         let read = |name: &str| fs::read(folder.join(name)).with_context(|| name.to_owned());
         let description = read(MODEL_FILE)?;
-        let mut files = BTreeMap::new();
-        for (name, _) in ModelBundle::file_names(&description)? {
-            files.insert(name.clone(), read(&name)?);
-        }
+        let listed = ModelBundle::file_names(&description)?.into_iter();
+        let files = listed.map(|(name, _)| Ok((name.clone(), read(&name)?)));
+        let mut files = files.collect::<Result<BTreeMap<_, _>>>()?;
         files.insert(MODEL_FILE.to_owned(), description);
         let bundle = ModelBundle::from_files(&files)?;
         let is_same = template_fingerprint(bundle.template()) == template_fingerprint(template);
         ensure!(is_same, "it was trained for another template");
-        let name = match bundle.network().config.architecture {
-            Architecture::Compact(_) => "ours".to_owned(),
-            Architecture::Paper(config) => format!("DeepSfT{}", of_width(config.width_divisor)),
-            Architecture::R50F(config) => format!("R50F{}", of_width(config.width_divisor)),
+        let (name, divisor) = match bundle.network().config.architecture {
+            Architecture::Compact(_) => ("ours", 1),
+            Architecture::Paper(config) => ("DeepSfT", config.width_divisor),
+            Architecture::R50F(config) => ("R50F", config.width_divisor),
+        };
+        let name = match divisor {
+            1 => name.to_owned(),
+            _ => format!("{name} of 1/{divisor} of the width"),
         };
         let alone = Estimator::new(&bundle, &Device::Cpu)?;
         let finders = vec![Finder::Network(Box::new(alone.clone()))];
@@ -65,72 +63,51 @@ impl Network {
     }
 
     /// The network's own maps of an image.
-    ///
-    /// # Errors
-    /// When the image is not of its camera's size.
+    /// Fails when the image is not of its camera's size.
     pub fn maps(&self, image: &Picture, camera: &Camera) -> Result<Option<Maps>> {
         let estimate = pollster::block_on(self.alone.estimate(image, camera))?;
         Ok(estimate.judgement.found.then_some(estimate.maps))
     }
 }
 
-fn of_width(divisor: usize) -> String {
-    if divisor == 1 {
-        String::new()
-    } else {
-        format!(" of 1/{divisor} of the width")
-    }
-}
-
 /// The model bundles among the folders in `trained`, by name.
-///
-/// # Errors
-/// When the folder cannot be read.
+/// Fails when the folder cannot be read.
 pub fn bundles(trained: Option<&Path>) -> Result<Vec<PathBuf>> {
     let Some(trained) = trained else { return Ok(Vec::new()) };
     let entries = fs::read_dir(trained).with_context(|| trained.display().to_string())?;
-    let folders = entries.map(|entry| Ok(entry?.path())).collect::<Result<Vec<_>>>()?;
-    let mut bundles: Vec<_> = folders
-        .into_iter()
-        .filter(|folder| folder.join(MODEL_FILE).is_file())
-        .collect();
-    bundles.sort();
-    Ok(bundles)
+    let mut folders = entries.map(|entry| Ok(entry?.path())).collect::<Result<Vec<_>>>()?;
+    folders.retain(|folder| folder.join(MODEL_FILE).is_file());
+    folders.sort();
+    Ok(folders)
 }
 
 /// The maps of the fitted mesh of an image, where `finder` finds the object.
-///
-/// # Errors
-/// When the image is not of its camera's size.
+/// Fails when the image is not of its camera's size.
 pub fn fitted_maps(finder: &mut TargetFinder, image: &Picture, camera: &Camera) -> Result<Option<Maps>> {
     let estimate = pollster::block_on(finder.estimate(&mut View::new(image, camera)))?;
     Ok(estimate.judgement.found.then_some(estimate.maps))
 }
 
-/// A video that is followed from its frames alone: the template is found without training, then tracked.
-pub struct Follower<'a>(VideoFollower<'a>);
+/// Follows a video from its frames alone: the template is found without training, then tracked.
+/// Fails for a template that cannot be tracked.
+pub fn follower(finder: &mut TargetFinder) -> Result<VideoFollower<'_>> {
+    // A file waits for its answers.
+    let options = VideoOptions {
+        delay: 0,
+        ..VideoOptions::default()
+    };
+    Ok(VideoFollower::new(finder, options, || 0.0)?)
+}
 
-impl<'a> Follower<'a> {
-    /// Before the first frame of a video that `finder` searches.
-    ///
-    /// # Errors
-    /// For a template that cannot be tracked.
-    pub fn new(finder: &'a mut TargetFinder) -> Result<Self> {
-        // A file waits for its answers.
-        let options = VideoOptions {
-            delay: 0,
-            ..VideoOptions::default()
-        };
-        Ok(Self(VideoFollower::new(finder, options, || 0.0)?))
-    }
-
-    /// The maps of the mesh in the next frame, taken at `time_s`, where it is found.
-    ///
-    /// # Errors
-    /// When the image is not of its camera's size.
-    pub fn follow(&mut self, time_s: f64, sample: &Sample, mesh: &TriangleMesh) -> Result<Option<Maps>> {
-        let mut view = View::new(&sample.image, &sample.camera);
-        let surface = pollster::block_on(self.0.follow(time_s, &mut view))?.followed.surface;
-        Ok(surface.map(|surface| VisibleSurface::new(mesh, &surface.vertices_camera, &sample.camera).maps()))
-    }
+/// The maps of the mesh in the next frame of a video, taken at `time_s`, where it is found.
+/// Fails when the image is not of its camera's size.
+pub fn followed(
+    follower: &mut VideoFollower<'_>,
+    time_s: f64,
+    sample: &Sample,
+    mesh: &TriangleMesh,
+) -> Result<Option<Maps>> {
+    let mut view = View::new(&sample.image, &sample.camera);
+    let surface = pollster::block_on(follower.follow(time_s, &mut view))?.followed.surface;
+    Ok(surface.map(|surface| VisibleSurface::new(mesh, &surface.vertices_camera, &sample.camera).maps()))
 }

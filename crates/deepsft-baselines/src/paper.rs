@@ -1,9 +1,8 @@
 //! What the DeepSfT paper's tables say (its tables of rectangular and volumic templates, of monocular depth, and of speed).
 
-use crate::table::{Measured, Row};
+use crate::table::Row;
 
 /// One of the paper's tables.
-#[derive(Debug)]
 pub struct Table {
     /// The sets of its columns.
     pub sets: &'static str,
@@ -60,10 +59,8 @@ impl Table {
     pub fn fill(&self, rows: &mut Vec<Row>) {
         for (label, figures) in self.rows {
             let of_network = format!("{label}, network");
-            if let Some(row) = rows
-                .iter_mut()
-                .find(|row| row.label == *label || row.label == of_network)
-            {
+            let is_beside = |row: &&mut Row| row.label == *label || row.label == of_network;
+            if let Some(row) = rows.iter_mut().find(is_beside) {
                 row.paper = Some(*figures);
                 continue;
             }
@@ -73,15 +70,9 @@ impl Table {
             };
             rows.push(Row {
                 label: (*label).to_owned(),
-                measured: Measured {
-                    depth: false,
-                    registration: false,
-                    given: false,
-                },
-                stated: None,
                 missing: Some(missing.to_owned()),
-                frames: Vec::new(),
                 paper: Some(*figures),
+                ..Row::default()
             });
         }
     }
@@ -95,15 +86,7 @@ mod tests {
     fn the_papers_figures_stand_beside_our_rows_and_none_of_its_rows_is_left_out() {
         let row = |label: &str| Row {
             label: label.to_owned(),
-            measured: Measured {
-                depth: true,
-                registration: true,
-                given: false,
-            },
-            stated: None,
-            missing: None,
-            frames: Vec::new(),
-            paper: None,
+            ..Row::default()
         };
         let mut rows = vec![row("NGO15"), row("R50F, network"), row("ours, network")];
         SYNTHETIC_SHEETS.fill(&mut rows);
@@ -111,13 +94,10 @@ mod tests {
         assert_eq!(paper("NGO15"), Some(["18.77 / 21.32", "-", "0.03"]));
         assert_eq!(paper("R50F, network").map(|figures| figures[1]), Some("6.69 / 6.13"));
         assert_eq!(paper("ours, network"), None);
-        let appended: Vec<_> = rows[3..]
-            .iter()
-            .map(|row| row.missing.as_deref().unwrap_or_default())
-            .collect();
+        let appended: Vec<_> = rows[3..].iter().filter_map(|row| row.missing.as_deref()).collect();
         assert_eq!(appended.len(), SYNTHETIC_SHEETS.rows.len() - 2);
-        assert!(
-            appended.contains(&"needs the frames of a video") && appended.contains(&"not trained here in full width")
-        );
+        for missing in ["needs the frames of a video", "not trained here in full width"] {
+            assert!(appended.contains(&missing), "{missing}");
+        }
     }
 }

@@ -5,7 +5,6 @@ use deepsft_geometry::solver::{Energy, ResidualSink};
 use faer::Mat;
 
 /// An energy of the vertices x = P c as one of the control vertices c.
-#[derive(Clone, Copy)]
 pub struct Reduced<'a> {
     /// The energy of all vertices.
     pub term: &'a dyn Energy,
@@ -15,11 +14,7 @@ pub struct Reduced<'a> {
 
 /// The vertices of which `controls` are the control vertices.
 pub fn expanded(projection: &Mat<f64>, controls: &[DVec3]) -> Vec<DVec3> {
-    let vertex = |row: usize| {
-        (controls.iter().enumerate())
-            .map(|(k, control)| projection[(row, k)] * *control)
-            .sum()
-    };
+    let vertex = |row: usize| (0..controls.len()).map(|k| projection[(row, k)] * controls[k]).sum();
     (0..projection.nrows()).map(vertex).collect()
 }
 
@@ -57,12 +52,7 @@ impl ResidualSink for ReducedSink<'_> {
     }
 
     fn vector(&mut self, residual: DVec3, weight: f64, coefficients: &[(usize, f64)]) {
-        let of = |control: usize| {
-            coefficients
-                .iter()
-                .map(|&(v, c)| self.projection[(v, control)] * c)
-                .sum()
-        };
+        let of = |k: usize| coefficients.iter().map(|&(v, c)| self.projection[(v, k)] * c).sum();
         let reduced: Vec<(usize, f64)> = (0..self.projection.ncols()).map(|k| (k, of(k))).collect();
         self.sink.vector(residual, weight, &reduced);
     }

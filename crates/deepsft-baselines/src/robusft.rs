@@ -33,9 +33,9 @@
 //! 43.7 / 6.3 mm in 29; not compared on the frames that both answer.
 
 use crate::ch17::median;
-use crate::frame::Correspondence;
-use crate::spline::{Spline, SplineFit, SplineGrid};
-use anyhow::{Result, ensure};
+use crate::frame::{Correspondence, at_least, rays};
+use crate::spline::{Spline, SplineGrid};
+use anyhow::Result;
 use deepsft_geometry::fitting::{GridInterpolation, SurfaceLocator};
 use deepsft_geometry::glam::{DVec2, DVec3};
 use deepsft_geometry::{Camera, Side, Template};
@@ -50,10 +50,8 @@ const CELLS: usize = 9;
 /// Weight of the warp's bending beside squared errors of rays: the authors' 500 on a template of 480 x 720 pixels.
 const BENDING: f64 = 500.0 / (480.0 * 480.0 + 720.0 * 720.0);
 
-/// Matches of which more must agree with their neighbours.
-const FEWEST: usize = 50;
-
-/// Fewest right matches.
+/// Fewest matches that agree with their neighbours, and fewest right ones.
+const FEWEST: usize = 51;
 const FEWEST_RIGHT: usize = 12;
 
 /// Deviations from the median error that a match may have, and the deviation of a normal distribution per median absolute one.
@@ -72,7 +70,6 @@ const PASSES: usize = 2;
 const AT_REST_MM: f64 = 0.01;
 
 /// The method for one sheet, with its last shape.
-#[derive(Debug)]
 pub struct Robusft {
     coarse: Template,
     to_template: GridInterpolation,
@@ -84,9 +81,7 @@ pub struct Robusft {
 
 impl Robusft {
     /// Prepares what does not depend on the frame.
-    ///
-    /// # Errors
-    /// For a template that is no sheet.
+    /// Fails for a template that is no sheet.
     pub fn new(template: &Template) -> Result<Self> {
         let coarse = template.coarser(COARSER)?;
         let mesh = coarse.mesh();
@@ -111,19 +106,15 @@ impl Robusft {
     }
 
     /// Reconstructs the vertices of the template's mesh (mm, camera frame) from `matches`, right and wrong ones, and the last shape.
-    ///
-    /// # Errors
-    /// When no more than 50 matches agree with their neighbours, and when the warp has none of them.
+    /// Fails when no more than 50 matches agree with their neighbours, and when the warp has none of them.
     pub fn reconstruct(&mut self, matches: &[Correspondence], camera: &Camera) -> Result<Vec<DVec3>> {
         let (right, warp) = self.right(matches, camera)?;
         let size_mm = self.coarse.size_mm();
         let places = self.coarse.mesh().texture_coordinates().iter().map(|uv| *uv * size_mm);
         let rays: Vec<DVec2> = places.map(|place| warp.value(place).into()).collect();
-        let uv = right.iter().map(|m| (m.place / size_mm).clamp(DVec2::ZERO, DVec2::ONE));
-        let points = uv.filter_map(|uv| self.locator.locate(uv));
-        let seen: BTreeSet<usize> = points
-            .flat_map(|point| self.coarse.mesh().faces()[point.face])
-            .collect();
+        let points = right.iter().filter_map(|m| self.locator.locate(m.uv(size_mm)));
+        let corners = points.flat_map(|point| self.coarse.mesh().faces()[point.face]);
+        let seen: BTreeSet<usize> = corners.collect();
         let sightlines: Vec<(usize, DVec3)> = seen.iter().map(|&v| (v, rays[v].extend(1.0).normalize())).collect();
         let start = self.last.take().unwrap_or_else(|| self.first(&rays));
         let particles = self.evolved(start, &sightlines);
@@ -137,48 +128,35 @@ impl Robusft {
         let differences = differences(matches);
         let mean = differences.iter().sum::<f64>() / differences.len() as f64;
         let first = those(matches, &differences, |difference| difference <= mean);
-        ensure!(
-            first.len() > FEWEST,
-            "{} matches agree, expected more than {FEWEST}",
-            first.len()
-        );
+        at_least(first.len(), FEWEST, "matches agree")?;
         let errors = errors_px(&self.warp(&first)?, &first, camera);
         let middle = median(errors.clone());
         let deviation = DEVIATION * median(errors.iter().map(|error| (error - middle).abs()).collect());
-        let second = those(&first, &errors, |error| {
-            (error - middle).abs() <= MOST_DEVIATIONS * deviation
-        });
+        let is_usual = |error: f64| (error - middle).abs() <= MOST_DEVIATIONS * deviation;
+        let second = those(&first, &errors, is_usual);
         let errors = errors_px(&self.warp(&second)?, matches, camera);
-        let apart = second
-            .iter()
-            .flat_map(|a| second.iter().map(|b| a.pixel.distance(b.pixel)));
+        let pairs = second.iter().flat_map(|a| second.iter().map(move |b| (a, b)));
+        let apart = pairs.map(|(a, b)| a.pixel.distance(b.pixel));
         let limit = NEAR * apart.sum::<f64>() / (second.len() * (second.len() - 1)) as f64;
         let third = those(matches, &errors, |error| error < limit);
-        ensure!(
-            third.len() >= FEWEST_RIGHT,
-            "{} matches are right, expected at least {FEWEST_RIGHT}",
-            third.len()
-        );
+        at_least(third.len(), FEWEST_RIGHT, "matches are right")?;
         let warp = self.warp(&third)?;
         Ok((third, warp))
     }
 
     fn warp(&self, matches: &[Correspondence]) -> Result<Spline<2>> {
-        let mut fit = SplineFit::new(SplineGrid::new(self.coarse.size_mm(), CELLS));
-        for point in matches {
-            fit.add_value(point.place, 1.0, point.ray.to_array());
-        }
-        fit.add_bending(BENDING);
-        fit.solve()
+        Spline::through(
+            SplineGrid::new(self.coarse.size_mm(), CELLS),
+            rays(matches),
+            1.0,
+            BENDING,
+        )
     }
 
     /// The start without a last shape: particles on their rays, in a plane at the median depth that lengths have by their rays.
     fn first(&self, rays: &[DVec2]) -> Vec<DVec3> {
-        let depths = self
-            .lengths
-            .iter()
-            .map(|&([a, b], length)| length / rays[a].distance(rays[b]));
-        let depth = median(depths.collect());
+        let depth = |&([a, b], length): &([usize; 2], f64)| length / rays[a].distance(rays[b]);
+        let depth = median(self.lengths.iter().map(depth).collect());
         rays.iter().map(|ray| ray.extend(1.0) * depth).collect()
     }
 
@@ -245,23 +223,15 @@ fn those(matches: &[Correspondence], values: &[f64], keeps: impl Fn(f64) -> bool
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frame::tests::{SIZE_MM, correspondences, cylinder};
-    use deepsft_geometry::{Picture, training_camera};
-
-    fn template() -> Template {
-        Template::thin_shell(Picture::from_fn(1, 1, |_, _| [0; 3]), SIZE_MM.x, SIZE_MM.y).unwrap()
-    }
+    use crate::frame::tests::{SIZE_MM, correspondences, cylinder, mean_error, template};
+    use deepsft_geometry::training_camera;
 
     fn bent(radius: f64) -> impl Fn(DVec2) -> DVec3 {
         move |place| cylinder(place, radius, 0.5) + DVec3::Z * 500.0
     }
 
     fn error_mm(method: &mut Robusft, matches: &[Correspondence], truth: impl Fn(DVec2) -> DVec3) -> f64 {
-        let vertices = method.reconstruct(matches, &training_camera()).unwrap();
-        let template = template();
-        let places = template.mesh().texture_coordinates().iter().map(|uv| *uv * SIZE_MM);
-        let errors = places.zip(&vertices).map(|(place, p)| p.distance(truth(place)));
-        errors.sum::<f64>() / vertices.len() as f64
+        mean_error(&method.reconstruct(matches, &training_camera()).unwrap(), truth)
     }
 
     #[test]

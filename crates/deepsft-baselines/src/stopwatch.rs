@@ -1,36 +1,20 @@
 //! How long a piece of work takes.
 
 use std::fs;
+use std::sync::LazyLock;
 use std::time::Instant;
 
 /// Ticks of the processor's time per second, in files of Linux.
 const TICKS_PER_S: f64 = 100.0;
 
-/// A running watch: processor time of all threads of this process where the system tells it, as Linux does; else the time of the clock. Other
-/// programs on the machine do not count. It ticks every 10 ms: sums over frames are exact enough.
-#[derive(Clone, Copy, Debug)]
-pub struct Stopwatch {
-    processor_s: Option<f64>,
-    clock: Instant,
+/// Processor time of all threads of this process so far, s, where the system tells it, as Linux does; else the time of the clock from the first
+/// call on. Other programs on the machine do not count. It ticks every 10 ms: sums over frames are exact enough.
+pub fn seconds() -> f64 {
+    static FIRST: LazyLock<Instant> = LazyLock::new(Instant::now);
+    let clock_s = FIRST.elapsed().as_secs_f64();
+    processor_s().unwrap_or(clock_s)
 }
 
-impl Stopwatch {
-    /// Starts now.
-    pub fn start() -> Self {
-        Self {
-            processor_s: processor_s(),
-            clock: Instant::now(),
-        }
-    }
-
-    /// Seconds since the start.
-    pub fn seconds(&self) -> f64 {
-        let processor_s = self.processor_s.zip(processor_s()).map(|(from, to)| to - from);
-        processor_s.unwrap_or_else(|| self.clock.elapsed().as_secs_f64())
-    }
-}
-
-/// Processor time of this process so far, s.
 fn processor_s() -> Option<f64> {
     let stat = fs::read_to_string("/proc/self/stat").ok()?;
     // The name of the program, in brackets, may hold blanks. After it user and system time are the 12th and 13th word.

@@ -1,12 +1,12 @@
 //! `deepsft-baselines tables`: the paper's tables, with our rows beside its figures.
 
-use crate::compare::{Comparison, write_tables};
-use crate::frames::{Condition, Source};
+use crate::compare::{self, Comparison};
+use crate::figure;
+use crate::frames::Source;
 use crate::paper;
 use crate::table;
 use anyhow::{Context, Result, ensure};
 use clap::Args;
-use deepsft_synth::FIRST_CLIP_SEED;
 use serde_json::json;
 use std::path::PathBuf;
 
@@ -50,41 +50,38 @@ pub struct TablesArguments {
     out: PathBuf,
 }
 
-/// A table that is to be made.
-struct Table {
-    name: &'static str,
-    model: &'static str,
-    source: Source,
-    /// Which of the paper's tables it stands beside.
-    beside: &'static paper::Table,
-}
+/// A table that is to be made: its name, the model, the frames, and which of the paper's tables it stands beside.
+type Table = (&'static str, &'static str, Source, &'static paper::Table);
 
 impl TablesArguments {
     fn tables(&self) -> Vec<Table> {
-        let stills = || Source::Stills(Condition::Trained);
-        let of = |name, model, source, beside| Table {
-            name,
-            model,
-            source,
-            beside,
+        let stills = Source {
+            stills: true,
+            ..Source::default()
         };
+        let recording = Source {
+            recording: true,
+            ..Source::default()
+        };
+        let blender = self.blender.clone().map(|folder| Source {
+            data: Some(folder),
+            ..Source::default()
+        });
+        let (sheets, solids) = (&paper::SYNTHETIC_SHEETS, &paper::SYNTHETIC_SOLIDS);
         let mut tables = vec![
-            of("sheet, stills", "poster-a4", stills(), &paper::SYNTHETIC_SHEETS),
-            of("sheet, clips", "poster-a4", Source::Clips, &paper::SYNTHETIC_SHEETS),
-            of(
+            ("sheet, stills", "poster-a4", stills.clone(), sheets),
+            ("sheet, clips", "poster-a4", Source::default(), sheets),
+            (
                 "sheet, simulated recording",
                 "poster-a4",
-                Source::Recording,
+                recording,
                 &paper::REAL_SHEETS,
             ),
-            of("tube, stills", "paper-tube", stills(), &paper::SYNTHETIC_SOLIDS),
-            of("toy, stills", "soft-toy", stills(), &paper::SYNTHETIC_SOLIDS),
+            ("tube, stills", "paper-tube", stills.clone(), solids),
+            ("toy, stills", "soft-toy", stills, solids),
         ];
-        if let Some(folder) = &self.blender {
-            let source = Source::DataSet(folder.clone());
-            tables.push(of("sheet, Blender", "poster-a4", source, &paper::SYNTHETIC_SHEETS));
-        }
-        tables.retain(|table| self.only.as_ref().is_none_or(|only| table.name.contains(only)));
+        tables.extend(blender.map(|source| ("sheet, Blender", "poster-a4", source, sheets)));
+        tables.retain(|(name, ..)| self.only.as_ref().is_none_or(|only| name.contains(only)));
         tables
     }
 }
@@ -93,37 +90,29 @@ pub fn run(arguments: &TablesArguments) -> Result<()> {
     let tables = arguments.tables();
     ensure!(!tables.is_empty(), "no table has this name; see `tables --help`");
     let (mut markdown, mut all, mut panels) = (Vec::new(), Vec::new(), Vec::new());
-    for table in tables {
-        eprintln!("{}", table.name);
-        let model = arguments.models.join(table.model);
-        let is_poster = table.model == "poster-a4";
+    for (name, model, source, beside) in tables {
+        eprintln!("{name}");
+        let folder = arguments.models.join(model);
         let comparison = Comparison {
-            template: &model.join("template"),
-            source: table.source,
-            frames: arguments.frames as usize,
-            seed: FIRST_CLIP_SEED + 500,
-            methods: Vec::new(),
-            models: std::slice::from_ref(&model),
-            trained: arguments.trained.as_deref().filter(|_| is_poster),
-            predictions: None,
-            subdivisions: 0,
+            template: folder.join("template"),
+            source,
+            frames: arguments.frames,
+            seed: compare::SEED,
+            model: vec![folder],
+            trained: arguments.trained.clone().filter(|_| model == "poster-a4"),
+            ..Comparison::default()
         };
-        let mut compared = comparison.run().with_context(|| table.name)?;
-        table.beside.fill(&mut compared.rows);
-        let command = format!(
-            "deepsft-baselines tables --frames {} --only '{}'",
-            arguments.frames, table.name
-        );
-        markdown.push(format!(
-            "## {}\n\nThe paper's columns: {}.\n\n{}\n",
-            table.name,
-            table.beside.sets,
-            table::markdown(&compared.rows)
-        ));
-        all.push(json!({"table": table.name, "sets_of_the_paper": table.beside.sets, "measured": table::json(&compared.rows, &command)}));
-        panels.append(&mut compared.panels);
+        let (mut rows, mut of_table) = comparison.run().with_context(|| name)?;
+        beside.fill(&mut rows);
+        let command = format!("deepsft-baselines tables --frames {} --only '{name}'", arguments.frames);
+        let (sets, table) = (beside.sets, table::markdown(&rows));
+        markdown.push(format!("## {name}\n\nThe paper's columns: {sets}.\n\n{table}\n"));
+        let measured = table::json(&rows, &command);
+        all.push(json!({"table": name, "sets_of_the_paper": sets, "measured": measured}));
+        panels.append(&mut of_table);
         // What has ended is not lost when a later table fails.
-        write_tables(&arguments.out, &markdown.join("\n"), &json!(all), &panels)?;
+        table::write(&arguments.out, &markdown.join("\n"), &json!(all))?;
+        figure::write(&arguments.out, &panels)?;
     }
     println!("{}", markdown.join("\n"));
     Ok(())

@@ -1,15 +1,16 @@
 //! `deepsft-baselines train`: a network of others, trained from nothing on our synthetic samples.
 
-use crate::networks::{Batch, Rival, RivalNetwork, TrainingState, read_checkpoint};
-use crate::stopwatch::Stopwatch;
-use anyhow::{Context, Result, bail, ensure};
+use crate::frames::{Condition, name};
+use crate::networks::{Batch, RivalNetwork, Settings, TrainingState, read_checkpoint};
+use crate::stopwatch::seconds;
+use anyhow::{Context, Result, ensure};
 use burn::module::Module;
 use burn::optim::{GradientsParams, ModuleOptimizer};
 use burn::tensor::Device;
 use clap::Args;
-use deepsft_formats::{read_template, template_fingerprint};
+use deepsft_formats::read_template;
 use deepsft_geometry::Template;
-use deepsft_synth::{Sample, SynthConfig, Synthesizer, samples};
+use deepsft_synth::{Sample, Synthesizer, samples};
 use deepsft_train::{CheckpointFolder, NETWORK_FILE, Optimizer, SavedFiles, Schedule};
 use std::path::{Path, PathBuf};
 
@@ -29,24 +30,14 @@ Examples:
   deepsft-baselines train hdm-net --template models/poster-a4/template --minutes 5 --out trained
   deepsft-baselines compare --template models/poster-a4/template --trained trained --out compared")]
 pub struct TrainArguments {
-    /// The network
-    #[arg(value_name = "METHOD", value_enum)]
-    method: Rival,
     /// Folder of the template, a flat sheet
     #[arg(long, value_name = "DIR")]
     template: PathBuf,
     /// Minutes of training, of processor time
     #[arg(long, value_name = "M", default_value_t = 5.0)]
     minutes: f64,
-    /// What all widths are divided by: 1 for the authors', for which a GPU is needed
-    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u64).range(1..=32))]
-    width_divisor: u64,
-    /// Samples in a batch
-    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u64).range(2..=64))]
-    batch: u64,
-    /// Seed of samples and weights
-    #[arg(long, value_name = "S", default_value_t = 1)]
-    seed: u64,
+    #[command(flatten)]
+    settings: Settings,
     /// Go on from the checkpoint, if there is one
     #[arg(long)]
     resume: bool,
@@ -64,37 +55,30 @@ struct Training {
     state: TrainingState,
 }
 
-fn optimizer() -> ModuleOptimizer {
-    Optimizer::AdamW {
-        weight_decay: 1e-4,
-        clip: 1.0,
-    }
-    .init()
-}
-
 impl Training {
-    /// The training that `state` describes, from new weights.
-    fn new(state: TrainingState, template: &Template) -> Result<Self> {
+    /// A training from new weights.
+    fn new(settings: Settings, template: &Template) -> Result<Self> {
         let device = Device::flex().autodiff();
-        device.seed(state.seed);
-        let grid = template
-            .grid()
-            .context("the template is no flat sheet, which these networks are for")?;
+        device.seed(settings.seed);
+        let grid = template.grid();
+        let grid = grid.context("the template is no flat sheet, which these networks are for")?;
+        let optimizer = Optimizer::AdamW {
+            weight_decay: 1e-4,
+            clip: 1.0,
+        };
         Ok(Self {
-            network: RivalNetwork::new(state.method, grid, state.width_divisor, &device),
-            optimizer: optimizer(),
+            network: RivalNetwork::new(&settings, grid, &device),
+            optimizer: optimizer.init(),
             device,
             grid,
-            state,
+            state: TrainingState::new(settings, template),
         })
     }
 
     /// Goes on from a checkpoint of the same training.
     fn resumed(mut self, (saved, network): (SavedFiles<TrainingState>, RivalNetwork)) -> Result<Self> {
-        let settings = |state: &TrainingState| (state.method, state.width_divisor, state.batch, state.seed);
-        let is_same = settings(&saved.state) == settings(&self.state);
         ensure!(
-            is_same,
+            saved.state.settings == self.state.settings,
             "the checkpoint has another method, width, batch or seed; leave out --resume to begin anew"
         );
         self.optimizer = saved.optimizer(self.optimizer)?;
@@ -111,13 +95,11 @@ impl Training {
     /// One step on `samples`; the loss before it.
     fn update(mut self, samples: &[Sample], rate: f64) -> Result<(Self, f64)> {
         let loss = self.network.loss(&Batch::new(samples, self.grid, &self.device));
-        let value = f64::from(loss.clone().into_scalar::<f32>());
-        if !value.is_finite() {
-            bail!(
-                "the loss is {value} after {} samples; train anew with another seed",
-                self.state.samples()
-            );
-        }
+        let (value, seen) = (f64::from(loss.clone().into_scalar::<f32>()), self.state.samples());
+        ensure!(
+            value.is_finite(),
+            "the loss is {value} after {seen} samples; train anew with another seed"
+        );
         let gradients = GradientsParams::from_grads(loss.backward(), &self.network);
         self.network = self.optimizer.step(rate, self.network, gradients);
         self.state.updates += 1;
@@ -126,41 +108,22 @@ impl Training {
 }
 
 pub fn run(arguments: &TrainArguments) -> Result<()> {
-    let template = read_template(&arguments.template)?;
-    let folder = arguments.out.join(arguments.method.name());
-    let mut training = Training::new(
-        TrainingState {
-            method: arguments.method,
-            width_divisor: arguments.width_divisor as usize,
-            batch: arguments.batch as usize,
-            seed: arguments.seed,
-            template: template_fingerprint(&template),
-            updates: 0,
-            seconds: 0.0,
-            losses: Vec::new(),
-        },
-        &template,
-    )?;
-    let saved = arguments
-        .resume
-        .then(|| read_checkpoint(&folder, &template, &training.device))
-        .transpose()?;
-    if let Some(saved) = saved.flatten() {
+    let (template, settings) = (read_template(&arguments.template)?, arguments.settings);
+    let folder = arguments.out.join(name(settings.method));
+    let mut training = Training::new(settings, &template)?;
+    let read = || read_checkpoint(&folder, &template, &training.device);
+    if let Some(saved) = arguments.resume.then(read).transpose()?.flatten() {
         training = training.resumed(saved).with_context(|| folder.display().to_string())?;
     }
     eprintln!("{} parameters", training.network.num_params());
-    let config = SynthConfig {
-        empty_probability: 0.0,
-        ..SynthConfig::default()
-    };
     // Those of the samples to measure on begin at another seed.
-    let first = training.state.samples();
-    let mut samples = samples(Synthesizer::new(&template, config)?, arguments.seed, first..u64::MAX);
+    let synthesizer = Synthesizer::new(&template, Condition::Trained.config())?;
+    let mut samples = samples(synthesizer, settings.seed, training.state.samples()..u64::MAX);
     let schedule = Schedule {
         peak: PEAK,
         ..Schedule::default()
     };
-    let (seconds_before, clock) = (training.state.seconds, Stopwatch::start());
+    let began = seconds() - training.state.seconds;
     let (mut sum, mut count, mut saved_s) = (0.0, 0.0, training.state.seconds);
     loop {
         let progress = training.state.seconds / (60.0 * arguments.minutes).max(1.0);
@@ -174,14 +137,12 @@ pub fn run(arguments: &TrainArguments) -> Result<()> {
         if progress >= 1.0 {
             return Ok(());
         }
-        let batch = samples
-            .by_ref()
-            .take(arguments.batch as usize)
-            .collect::<Result<Vec<_>, _>>()?;
+        let batch = samples.by_ref().take(settings.batch as usize);
+        let batch = batch.collect::<Result<Vec<_>, _>>()?;
         let rate = schedule.learning_rate(training.state.updates, progress);
         let (next, loss) = training.update(&batch, rate)?;
         training = next;
-        training.state.seconds = seconds_before + clock.seconds();
+        training.state.seconds = seconds() - began;
         (sum, count) = (sum + loss, count + 1.0);
     }
 }
@@ -189,9 +150,10 @@ pub fn run(arguments: &TrainArguments) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::networks::Said;
+    use crate::networks::{Rival, Said};
     use deepsft_geometry::glam::DVec2;
     use deepsft_geometry::{Camera, Picture};
+    use deepsft_synth::SynthConfig;
 
     fn template() -> Template {
         let picture = Picture::from_fn(96, 68, |x, y| {
@@ -200,16 +162,12 @@ mod tests {
         Template::thin_shell(picture, 297.0, 210.0).unwrap()
     }
 
-    fn state(method: Rival, template: &Template) -> TrainingState {
-        TrainingState {
+    fn settings(method: Rival) -> Settings {
+        Settings {
             method,
             width_divisor: 16,
             batch: 1,
             seed: 1,
-            template: template_fingerprint(template),
-            updates: 0,
-            seconds: 0.0,
-            losses: Vec::new(),
         }
     }
 
@@ -217,10 +175,9 @@ mod tests {
     fn sample(template: &Template) -> Sample {
         let camera = Camera::pinhole((160, 96), DVec2::splat(150.0), DVec2::new(80.0, 48.0)).unwrap();
         let config = SynthConfig {
-            empty_probability: 0.0,
             min_visible_px: 2000,
             camera,
-            ..SynthConfig::default()
+            ..Condition::Trained.config()
         };
         Synthesizer::new(template, config).unwrap().sample(3, 0)
     }
@@ -236,10 +193,8 @@ mod tests {
             Said::Depth(maps) => {
                 let (said, truth) = (maps.depth(), &sample.truth);
                 let seen = (0..said.len()).filter(|&pixel| truth.inside(pixel));
-                root(
-                    seen.map(|pixel| f64::from(said[pixel] - truth.depth()[pixel]).powi(2))
-                        .collect(),
-                )
+                let square = |pixel: usize| f64::from(said[pixel] - truth.depth()[pixel]).powi(2);
+                root(seen.map(square).collect())
             }
         }
     }
@@ -255,7 +210,7 @@ mod tests {
             (Rival::DenseDepth, 150, 0.002),
             (Rival::Bts, 150, 0.02),
         ] {
-            let mut training = Training::new(state(method, &template), &template).unwrap();
+            let mut training = Training::new(settings(method), &template).unwrap();
             let before = error_mm(&training.network, &sample);
             for update in 0..updates {
                 let rate = 1e-2 * (1.0 - f64::from(update) / f64::from(updates));
@@ -274,37 +229,28 @@ mod tests {
         let step = |training: Training| training.update(&sample, 1e-3).unwrap();
         let folder = tempfile::tempdir().unwrap();
         let folder = folder.path().join("hdm-net");
-        let (first, _) = step(Training::new(state(Rival::HdmNet, &template), &template).unwrap());
+        let new = |settings: Settings| Training::new(settings, &template).unwrap();
+        let (first, _) = step(new(settings(Rival::HdmNet)));
         first.save(&folder).unwrap();
-        let read = || read_checkpoint(&folder, &template, &first.device);
-        let new = |state: TrainingState| Training::new(state, &template).unwrap();
-        let resumed = new(state(Rival::HdmNet, &template))
-            .resumed(read().unwrap().unwrap())
-            .unwrap();
+        let (device, plain) = (first.device.clone(), Device::flex());
+        let read = |folder: &Path, device: &Device| read_checkpoint(folder, &template, device);
+        let saved = read(&folder, &device).unwrap().unwrap();
+        let resumed = new(settings(Rival::HdmNet)).resumed(saved).unwrap();
         assert_eq!(resumed.state.updates, 1);
         // The same weights and the same optimiser: the loss after another step is the same.
         let losses = [first, resumed].map(|training| step(step(training).0).1);
         assert!((losses[0] - losses[1]).abs() < 1e-6 * losses[0], "{losses:?}");
-        let device = Device::flex();
-        let other = TrainingState {
+        let other = Settings {
             seed: 2,
-            ..state(Rival::HdmNet, &template)
+            ..settings(Rival::HdmNet)
         };
-        let error = new(other)
-            .resumed(read_checkpoint(&folder, &template, &device).unwrap().unwrap())
-            .err()
-            .unwrap();
-        assert!(error.to_string().contains("seed"), "{error}");
+        let saved = read(&folder, &plain).unwrap().unwrap();
+        let error = new(other).resumed(saved).err().unwrap().to_string();
+        assert!(error.contains("seed"), "{error}");
         std::fs::write(folder.join("network.bpk"), b"broken").unwrap();
-        let error = read_checkpoint(&folder, &template, &device).unwrap_err().to_string();
-        assert!(
-            error.contains("network.bpk") && error.contains("not as it was saved"),
-            "{error}"
-        );
-        assert!(
-            read_checkpoint(&folder.join("none"), &template, &device)
-                .unwrap()
-                .is_none()
-        );
+        let error = read(&folder, &plain).unwrap_err().to_string();
+        assert!(error.contains("network.bpk"), "{error}");
+        assert!(error.contains("not as it was saved"), "{error}");
+        assert!(read(&folder.join("none"), &plain).unwrap().is_none());
     }
 }

@@ -25,10 +25,10 @@
 
 use super::batch::Batch;
 use super::dense_net::DenseNet;
-use super::layers::{convolution, dilated, narrowed, normalisation, repeated, thinned};
+use super::layers::{dilated, narrowed, normalisation, repeated, thinned, unbiased};
 use burn::module::Module;
 use burn::nn::BatchNorm;
-use burn::nn::conv::{Conv2d, Conv2dConfig};
+use burn::nn::conv::Conv2d;
 use burn::tensor::activation::{elu, relu, sigmoid};
 use burn::tensor::{Device, Tensor};
 use std::f64::consts::PI;
@@ -52,10 +52,9 @@ struct Elu {
 }
 
 impl Elu {
-    fn new(convolution: Conv2dConfig, device: &Device) -> Self {
-        Self {
-            convolution: convolution.with_bias(false).init(device),
-        }
+    fn new(channels: [usize; 2], kernel: usize, device: &Device) -> Self {
+        let convolution = unbiased(channels, kernel, device);
+        Self { convolution }
     }
 
     fn forward(&self, x: Tensor<4>) -> Tensor<4> {
@@ -74,18 +73,15 @@ struct Up {
 impl Up {
     fn new(inputs: usize, outputs: usize, skipped: usize, normalised: bool, device: &Device) -> Self {
         Self {
-            convolution: Elu::new(convolution([inputs, outputs], 3), device),
+            convolution: Elu::new([inputs, outputs], 3, device),
             normalisation: normalised.then(|| normalisation(outputs, device)),
-            mixed: Elu::new(convolution([outputs + skipped, outputs], 3), device),
+            mixed: Elu::new([outputs + skipped, outputs], 3, device),
         }
     }
 
     fn larger(&self, x: Tensor<4>) -> Tensor<4> {
         let x = self.convolution.forward(repeated(x, 2));
-        match &self.normalisation {
-            Some(normalisation) => normalisation.forward(x),
-            None => x,
-        }
+        self.normalisation.iter().fold(x, |x, layer| layer.forward(x))
     }
 }
 
@@ -101,17 +97,14 @@ impl Atrous {
     fn new(inputs: usize, outputs: usize, rate: usize, device: &Device) -> Self {
         Self {
             before: (rate != RATES[0]).then(|| normalisation(inputs, device)),
-            narrow: convolution([inputs, 2 * outputs], 1).with_bias(false).init(device),
+            narrow: unbiased([inputs, 2 * outputs], 1, device),
             normalisation: normalisation(2 * outputs, device),
             convolution: dilated([2 * outputs, outputs], rate).with_bias(false).init(device),
         }
     }
 
     fn forward(&self, x: Tensor<4>) -> Tensor<4> {
-        let x = match &self.before {
-            Some(before) => before.forward(x),
-            None => x,
-        };
+        let x = self.before.iter().fold(x, |x, layer| layer.forward(x));
         let x = self.normalisation.forward(self.narrow.forward(relu(x)));
         self.convolution.forward(relu(x))
     }
@@ -128,18 +121,16 @@ impl Reduction {
     fn new(mut inputs: usize, mut outputs: usize, says: usize, device: &Device) -> Self {
         let mut halving = Vec::new();
         while outputs >= 8 {
-            halving.push(Elu::new(convolution([inputs, outputs], 1), device));
+            halving.push(Elu::new([inputs, outputs], 1, device));
             (inputs, outputs) = (outputs, outputs / 2);
         }
-        let last = convolution([inputs, says], 1).with_bias(false).init(device);
+        let last = unbiased([inputs, says], 1, device);
         Self { halving, last }
     }
 
     fn forward(&self, x: Tensor<4>) -> Tensor<4> {
-        sigmoid(
-            self.last
-                .forward(self.halving.iter().fold(x, |x, layer| layer.forward(x))),
-        )
+        let halved = self.halving.iter().fold(x, |x, layer| layer.forward(x));
+        sigmoid(self.last.forward(halved))
     }
 }
 
@@ -189,20 +180,19 @@ impl Bts {
             let inputs = if k == 0 { f(2) } else { f(2) + eighth + k * f(4) };
             Atrous::new(inputs, f(4), rate, device)
         });
+        let planes = |(inputs, outputs)| Reduction::new(f(inputs), f(outputs), 3, device);
         Self {
             up5: Up::new(end, f(1), sixteenth, true, device),
             up4: Up::new(f(1), f(2), eighth, true, device),
             normalisation4: normalisation(f(2), device),
             atrous: atrous.collect(),
-            pooled: Elu::new(convolution([f(2) + RATES.len() * f(4), f(4)], 3), device),
-            planes: [(4, 4), (4, 8), (8, 16)]
-                .map(|(inputs, outputs)| Reduction::new(f(inputs), f(outputs), 3, device))
-                .into(),
+            pooled: Elu::new([f(2) + RATES.len() * f(4), f(4)], 3, device),
+            planes: [(4, 4), (4, 8), (8, 16)].map(planes).into(),
             up3: Up::new(f(4), f(4), quarter + 1, true, device),
             up2: Up::new(f(4), f(8), half + 1, true, device),
             up1: Up::new(f(8), f(16), 4, false, device),
             single: Reduction::new(f(16), f(32), 1, device),
-            output: convolution([f(16), 1], 3).with_bias(false).init(device),
+            output: unbiased([f(16), 1], 3, device),
             encoder,
         }
     }

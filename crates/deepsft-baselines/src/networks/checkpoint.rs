@@ -1,6 +1,6 @@
 //! Trained networks as folders.
 
-use super::rival::{Rival, RivalNetwork};
+use super::rival::{RivalNetwork, Settings};
 use anyhow::{Context, Result, ensure};
 use burn::tensor::Device;
 use deepsft_formats::template_fingerprint;
@@ -12,13 +12,8 @@ use std::path::Path;
 /// What a network is and how far its training is.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TrainingState {
-    /// The network.
-    pub method: Rival,
-    /// What its widths are divided by.
-    pub width_divisor: usize,
-    /// Samples in a batch, and their seed.
-    pub batch: usize,
-    pub seed: u64,
+    #[serde(flatten)]
+    pub settings: Settings,
     /// SHA-256 of the template.
     pub template: String,
     /// Updates made, and seconds that they took.
@@ -29,16 +24,25 @@ pub struct TrainingState {
 }
 
 impl TrainingState {
+    /// Before the first update.
+    pub fn new(settings: Settings, template: &Template) -> Self {
+        Self {
+            settings,
+            template: template_fingerprint(template),
+            updates: 0,
+            seconds: 0.0,
+            losses: Vec::new(),
+        }
+    }
+
     /// The samples seen.
     pub fn samples(&self) -> u64 {
-        self.updates * self.batch as u64
+        self.updates * self.settings.batch
     }
 }
 
 /// Reads the checkpoint in `folder`, its network onto `device`, which is differentiable for training; `None` when there is none.
-///
-/// # Errors
-/// Names the file that cannot be read or is not as it was saved, and a network of another template.
+/// Errors name the file that cannot be read or is not as it was saved, and a network of another template.
 pub fn read_checkpoint(
     folder: &Path,
     template: &Template,
@@ -47,14 +51,12 @@ pub fn read_checkpoint(
     let Some(saved) = CheckpointFolder::new(folder).read::<TrainingState>()? else {
         return Ok(None);
     };
-    let is_same = saved.state.template == template_fingerprint(template);
     ensure!(
-        is_same,
+        saved.state.template == template_fingerprint(template),
         "{}: it was trained for another template; train one for this",
         folder.display()
     );
     let grid = template.grid().context("the template is no sheet")?;
-    let fresh = RivalNetwork::new(saved.state.method, grid, saved.state.width_divisor, device);
-    let network = saved.network(NETWORK_FILE, fresh)?;
+    let network = saved.network(NETWORK_FILE, RivalNetwork::new(&saved.state.settings, grid, device))?;
     Ok(Some((saved, network)))
 }

@@ -91,12 +91,9 @@ impl DenseDepth {
     fn inverse_depth(&self, images: Tensor<4>) -> Tensor<4> {
         let [half, quarter, eighth, sixteenth, end] = self.encoder.forward(images);
         let skips = [sixteenth, eighth, quarter, half];
-        let decoded = self
-            .up
-            .iter()
-            .zip(skips)
-            .fold(self.entry.forward(end), |x, (up, skipped)| up.forward(x, skipped));
-        self.output.forward(decoded)
+        let up = self.up.iter().zip(skips);
+        self.output
+            .forward(up.fold(self.entry.forward(end), |x, (up, skipped)| up.forward(x, skipped)))
     }
 
     /// Depth, m: [N, 3, H, W] -> [N, 1, H, W].

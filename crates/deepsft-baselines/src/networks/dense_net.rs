@@ -3,7 +3,7 @@
 //! G. Huang, Z. Liu, L. van der Maaten, K. Q. Weinberger, *Densely Connected Convolutional Networks*, CVPR 2017. Layers as in the authors'
 //! code: normalisation, ReLU, convolution.
 
-use super::layers::{Normalised, convolution, narrowed, normalisation};
+use super::layers::{Normalised, convolution, narrowed, normalisation, unbiased};
 use burn::module::Module;
 use burn::nn::BatchNorm;
 use burn::nn::conv::Conv2d;
@@ -63,9 +63,7 @@ impl DenseNet {
                 DenseLayer {
                     normalisation: normalisation(inputs, device),
                     narrow: Normalised::new(convolution([inputs, BOTTLENECK * growth], 1), device),
-                    convolution: convolution([BOTTLENECK * growth, growth], 3)
-                        .with_bias(false)
-                        .init(device),
+                    convolution: unbiased([BOTTLENECK * growth, growth], 3, device),
                 }
             };
             blocks.push((0..count).map(layer).collect());
@@ -73,7 +71,7 @@ impl DenseNet {
             if number + 1 < layers.len() {
                 transitions.push(Transition {
                     normalisation: normalisation(channels, device),
-                    convolution: convolution([channels, channels / 2], 1).with_bias(false).init(device),
+                    convolution: unbiased([channels, channels / 2], 1, device),
                 });
                 channels /= 2;
                 given.push(channels);

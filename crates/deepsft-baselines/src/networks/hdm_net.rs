@@ -78,9 +78,7 @@ impl HdmNet {
     /// New weights of `1 / divisor` of the widths, for a grid of (columns, rows) vertices and images of so many channels.
     pub fn new(channels: usize, (columns, rows): (usize, usize), divisor: usize, device: &Device) -> Self {
         let (entry, code) = (narrowed(ENTRY, divisor), narrowed(CODE, divisor));
-        let halved = |channels: [usize; 2], kernel: usize| {
-            Normalised::new(convolution(channels, kernel).with_stride([2, 2]), device)
-        };
+        let halved = |(channels, kernel)| Normalised::new(convolution(channels, kernel).with_stride([2, 2]), device);
         let shortcut = |&dilation: &usize| {
             let layer = || Normalised::new(dilated([code, code], dilation), device);
             Shortcut {
@@ -96,11 +94,9 @@ impl HdmNet {
             }
         };
         Self {
-            entry: vec![
-                halved([channels, entry], 7),
-                halved([entry, code], 3),
-                halved([code, code], 3),
-            ],
+            entry: [([channels, entry], 7), ([entry, code], 3), ([code, code], 3)]
+                .map(halved)
+                .into(),
             shortcuts: DILATIONS.iter().map(shortcut).collect(),
             // Beside the code a cell's two coordinates.
             larger: vec![larger([code + 2, code]), larger([code, entry])],
@@ -119,15 +115,9 @@ impl HdmNet {
         let device = code.device();
         let [rows, columns] = self.grid;
         let (h, w) = (rows.div_ceil(ENLARGED), columns.div_ceil(ENLARGED));
-        let places: Vec<f32> = (0..2 * h * w)
-            .map(|k| {
-                if k < h * w {
-                    (k % w) as f32 / w as f32
-                } else {
-                    (k % (h * w) / w) as f32 / h as f32
-                }
-            })
-            .collect();
+        let columns_of = (0..h * w).map(|k| (k % w) as f32 / w as f32);
+        let rows_of = (0..h * w).map(|k| (k / w) as f32 / h as f32);
+        let places: Vec<f32> = columns_of.chain(rows_of).collect();
         let places = Tensor::<1>::from_floats(places.as_slice(), &device).reshape([1, 2, h, w]);
         let x = Tensor::cat(vec![adaptive_avg_pool2d(code, [h, w]), places.expand([n, 2, h, w])], 1);
         let x = self.larger.iter().fold(x, |x, layer| {

@@ -69,10 +69,8 @@ struct Discriminator {
 impl Discriminator {
     fn forward(&self, points: Tensor<4>) -> Tensor<4> {
         let centred = points.clone() - points.mean_dims(&[2, 3]);
-        let x = self
-            .layers
-            .iter()
-            .fold(centred * 10.0, |x, layer| leaky_relu(layer.forward(x), 0.2));
+        let step = |x: Tensor<4>, layer: &Conv2d| leaky_relu(layer.forward(x), 0.2);
+        let x = self.layers.iter().fold(centred * 10.0, step);
         self.output.forward(x).mean_dims(&[2, 3])
     }
 }
@@ -89,22 +87,20 @@ impl IsMoGan {
     /// New weights of `1 / divisor` of the widths, for a grid of (columns, rows) vertices.
     pub fn new(grid: (usize, usize), divisor: usize, device: &Device) -> Self {
         let [levels, judging] = [LEVELS, JUDGING].map(|widths| widths.map(|width| narrowed(width, divisor)));
-        let before = |widths: [usize; 4], k: usize| if k == 0 { 3 } else { widths[k - 1] };
-        let halved = |inputs: usize, outputs: usize| convolution([inputs, outputs], 3).with_stride([2, 2]);
+        let halved = |widths: [usize; 4]| {
+            let channels = std::iter::once(3).chain(widths).zip(widths);
+            channels.map(|(inputs, outputs)| convolution([inputs, outputs], 3).with_stride([2, 2]))
+        };
         let up = |k: usize| Normalised::new(convolution([levels[k + 1] + levels[k], levels[k]], 3), device);
         Self {
             detection: Detection {
-                down: (0..4)
-                    .map(|k| Normalised::new(halved(before(levels, k), levels[k]), device))
-                    .collect(),
+                down: halved(levels).map(|layer| Normalised::new(layer, device)).collect(),
                 up: (0..3).rev().map(up).collect(),
                 output: convolution([levels[0], 1], 1).init(device),
             },
             reconstruction: HdmNet::new(3, grid, divisor, device),
             discriminator: Discriminator {
-                layers: (0..4)
-                    .map(|k| halved(before(judging, k), judging[k]).init(device))
-                    .collect(),
+                layers: halved(judging).map(|layer| layer.init(device)).collect(),
                 output: convolution([judging[3], 1], 1).init(device),
             },
         }

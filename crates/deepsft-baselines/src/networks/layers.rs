@@ -17,6 +17,11 @@ pub fn convolution(channels: [usize; 2], kernel: usize) -> Conv2dConfig {
     Conv2dConfig::new(channels, [kernel; 2]).with_padding(PaddingConfig2d::Explicit(p, p, p, p))
 }
 
+/// The same without bias, with new weights.
+pub fn unbiased(channels: [usize; 2], kernel: usize, device: &Device) -> Conv2d {
+    convolution(channels, kernel).with_bias(false).init(device)
+}
+
 /// A 3 x 3 convolution of cells that are `dilation` apart.
 pub fn dilated(channels: [usize; 2], dilation: usize) -> Conv2dConfig {
     let padding = PaddingConfig2d::Explicit(dilation, dilation, dilation, dilation);

@@ -8,7 +8,7 @@ use super::ismo_gan::IsMoGan;
 use anyhow::{Result, anyhow};
 use burn::module::Module;
 use burn::tensor::{Device, Tensor};
-use clap::ValueEnum;
+use clap::{Args, ValueEnum};
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::{Maps, Picture};
 use serde::{Deserialize, Serialize};
@@ -27,16 +27,21 @@ pub enum Rival {
     Bts,
 }
 
-impl Rival {
-    /// The name of its folder.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::HdmNet => "hdm-net",
-            Self::IsmoGan => "ismo-gan",
-            Self::DenseDepth => "dense-depth",
-            Self::Bts => "bts",
-        }
-    }
+/// What is trained, and on what.
+#[derive(Args, Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Settings {
+    /// The network
+    #[arg(value_name = "METHOD", value_enum)]
+    pub method: Rival,
+    /// What all widths are divided by: 1 for the authors', for which a GPU is needed
+    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u64).range(1..=32))]
+    pub width_divisor: u64,
+    /// Samples in a batch
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u64).range(2..=64))]
+    pub batch: u64,
+    /// Seed of samples and weights
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    pub seed: u64,
 }
 
 /// A network with its weights.
@@ -62,9 +67,10 @@ pub enum Said {
 }
 
 impl RivalNetwork {
-    /// New weights of `1 / divisor` of the full widths, for sheets with `grid` (columns, rows) vertices.
-    pub fn new(rival: Rival, grid: (usize, usize), divisor: usize, device: &Device) -> Self {
-        match rival {
+    /// New weights for sheets with `grid` (columns, rows) vertices.
+    pub fn new(settings: &Settings, grid: (usize, usize), device: &Device) -> Self {
+        let divisor = settings.width_divisor as usize;
+        match settings.method {
             Rival::HdmNet => Self::HdmNet(HdmNet::new(3, grid, divisor, device)),
             Rival::IsmoGan => Self::IsmoGan(IsMoGan::new(grid, divisor, device)),
             Rival::DenseDepth => Self::DenseDepth(DenseDepth::new(divisor, device)),
@@ -83,43 +89,29 @@ impl RivalNetwork {
     }
 
     /// What it says of `picture`; the network is on the plain `device`.
-    ///
-    /// # Errors
-    /// When the device fails.
+    /// Fails when the device fails.
     pub fn say(&self, picture: &Picture, device: &Device) -> Result<Said> {
         let images = Batch::image(picture, device);
-        let values = |tensor: Tensor<4>| {
-            tensor
-                .into_data()
-                .try_to_vec::<f32>()
-                .map_err(|error| anyhow!("{error:?}"))
+        let (said, is_depth) = match self {
+            Self::HdmNet(network) => (network.points(images), false),
+            Self::IsmoGan(network) => (network.points(images), false),
+            Self::DenseDepth(network) => (network.depth(images), true),
+            Self::Bts(network) => (network.depth(images), true),
         };
-        let vertices = |points: Tensor<4>| -> Result<Said> {
-            let values = values(points)?;
+        let [.., padded_width] = said.dims();
+        let values = said.into_data().try_to_vec::<f32>();
+        let values = values.map_err(|error| anyhow!("{error:?}"))?;
+        if !is_depth {
             let count = values.len() / 3;
             let of = |k: usize| [0, 1, 2].map(|axis| f64::from(values[axis * count + k] / M_PER_MM));
-            Ok(Said::Vertices((0..count).map(|k| DVec3::from(of(k))).collect()))
-        };
-        let depth = |depth: Tensor<4>| -> Result<Said> {
-            let [.., padded_width] = depth.dims();
-            let values = values(depth)?;
-            let (width, height) = (picture.width(), picture.height());
-            let mut maps = Maps::empty((width, height));
-            for pixel in 0..width * height {
-                maps.set(
-                    pixel,
-                    values[pixel / width * padded_width + pixel % width] / M_PER_MM,
-                    [0.0; 2],
-                );
-            }
-            Ok(Said::Depth(maps))
-        };
-        match self {
-            Self::HdmNet(network) => vertices(network.points(images)),
-            Self::IsmoGan(network) => vertices(network.points(images)),
-            Self::DenseDepth(network) => depth(network.depth(images)),
-            Self::Bts(network) => depth(network.depth(images)),
+            return Ok(Said::Vertices((0..count).map(|k| DVec3::from(of(k))).collect()));
         }
+        let mut maps = Maps::empty(picture.size());
+        for pixel in 0..maps.depth().len() {
+            let (row, column) = (pixel / picture.width(), pixel % picture.width());
+            maps.set(pixel, values[row * padded_width + column] / M_PER_MM, [0.0; 2]);
+        }
+        Ok(Said::Depth(maps))
     }
 }
 
@@ -133,20 +125,22 @@ mod tests {
 
     impl ModuleVisitor for Learning {
         fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
-            self.0 += if param.is_require_grad() {
-                param.shape().num_elements()
-            } else {
-                0
-            };
+            self.0 += usize::from(param.is_require_grad()) * param.shape().num_elements();
         }
     }
 
     #[test]
     fn full_networks_have_as_many_parameters_as_when_they_were_written() {
         let device = Device::flex().autodiff();
-        let parameters = |rival| {
+        let parameters = |method| {
             let mut learning = Learning(0);
-            RivalNetwork::new(rival, (73, 73), 1, &device).visit(&mut learning);
+            let settings = Settings {
+                method,
+                width_divisor: 1,
+                batch: 2,
+                seed: 1,
+            };
+            RivalNetwork::new(&settings, (73, 73), &device).visit(&mut learning);
             learning.0
         };
         // As we remember, the authors print 42.6 and 47.0 million; it was not looked up.
