@@ -83,7 +83,6 @@ pub fn message(error: &anyhow::Error) -> String {
 /// Whether a library lays the error at the door of an input.
 fn is_unusable(error: &(dyn std::error::Error + 'static)) -> bool {
     let format = match (error.downcast_ref(), error.downcast_ref()) {
-        (Some(TrainError::Checkpoint { .. } | TrainError::From { .. }), _) => return true,
         (Some(TrainError::Format(format) | TrainError::Synth(SynthError::Format(format))), _) => Some(format),
         (_, Some(SynthError::Format(format))) => Some(format),
         _ => error.downcast_ref(),

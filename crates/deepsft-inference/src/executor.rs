@@ -109,7 +109,10 @@ impl Executor {
     ) -> Result<(), GeometryError> {
         let cpu = &self.cpu;
         match &mut self.network {
-            Network::Compact(frame) => frame.read(cpu, stage, seen, surface, maps),
+            Network::Compact(frame) => {
+                let mask = frame.mask(cpu);
+                frame.cell_maps.read(stage, seen, surface, mask, maps)
+            }
             Network::Residual { outputs, range, .. } => {
                 let said = |k: usize| (cpu.values(outputs[k]), cpu.pitch(outputs[k]));
                 read(outputs.len(), *range, said, (stage, seen), maps)
@@ -132,7 +135,10 @@ impl Executor {
     /// May panic for a pixel outside of the image.
     pub fn mask_logit(&self, x: usize, y: usize) -> Option<f32> {
         match &self.network {
-            Network::Compact(frame) => Some(frame.mask_logit(&self.cpu, x, y)),
+            Network::Compact(frame) => {
+                let (patch, within) = frame.cell_maps.index_in_mask(x, y);
+                Some(frame.mask(&self.cpu)(patch, within))
+            }
             Network::Residual { .. } => None,
         }
     }

@@ -246,13 +246,9 @@ impl Plan {
     /// Adds a convolution; its result is a new map of ceil(size / stride).
     pub(crate) fn convolve(&mut self, convolution: Convolution) -> Result<MapId, PlanError> {
         let filters = &convolution.filters;
-        let (inputs, kernel, outputs) = (filters.inputs, filters.kernel, filters.biases.len());
+        let (kernel, outputs) = (filters.kernel, filters.biases.len());
         let shapes = convolution.inputs.iter().map(|input| self.shape(input.map));
-        let channels: usize = shapes.clone().map(|shape| shape.channels).sum();
-        if channels != inputs || channels == 0 || kernel % 2 == 0 || convolution.stride == 0 {
-            return Err(misfit("a convolution's input", &[channels], &[inputs]));
-        }
-        let fan_in = inputs * kernel * kernel;
+        let fan_in = filters.inputs * kernel * kernel;
         if filters.weights.len() != outputs * fan_in || outputs == 0 {
             return Err(misfit("filters", &[filters.weights.len()], &[outputs, fan_in]));
         }
@@ -262,7 +258,6 @@ impl Plan {
         }
         let [height, width] = sizes[0].map(|side| side.div_ceil(convolution.stride));
         let output = MapShape::new(outputs, height, width);
-        self.check_skip(convolution.skip, output)?;
         Ok(self.step(Operation::Convolve(convolution), output))
     }
 
@@ -279,10 +274,8 @@ impl Plan {
     }
 
     /// Adds a sum of two maps.
-    pub(crate) fn add(&mut self, map: MapId, skip: SkipInput) -> Result<MapId, PlanError> {
-        let shape = self.shape(map);
-        self.check_skip(Some(skip), shape)?;
-        Ok(self.step(Operation::Add(map, skip), shape))
+    pub(crate) fn add(&mut self, map: MapId, skip: SkipInput) -> MapId {
+        self.step(Operation::Add(map, skip), self.shape(map))
     }
 
     /// For each map its buffer, and the buffers' lengths, when maps have `padded` channels. Maps that no step makes, and those of
@@ -323,14 +316,10 @@ impl Plan {
     }
 
     /// Adds a pooling; its result is a new map of floor((size + 2 border - 3) / stride) + 1.
-    pub(crate) fn pool(&mut self, pool: MaxPool) -> Result<MapId, PlanError> {
+    pub(crate) fn pool(&mut self, pool: MaxPool) -> MapId {
         let shape = self.shape(pool.map);
-        let sides = [shape.height, shape.width].map(|side| side + 2 * pool.border);
-        if sides.iter().any(|&side| side < 3) || pool.border > 1 || pool.stride == 0 {
-            return Err(misfit("what is pooled", &sides, &[3, 3]));
-        }
-        let [height, width] = sides.map(|side| (side - 3) / pool.stride + 1);
-        Ok(self.step(Operation::Pool(pool), MapShape { height, width, ..shape }))
+        let [height, width] = [shape.height, shape.width].map(|side| (side + 2 * pool.border - 3) / pool.stride + 1);
+        self.step(Operation::Pool(pool), MapShape { height, width, ..shape })
     }
 
     /// Adds a dense layer; its result is a new map of one position.
@@ -348,19 +337,6 @@ impl Plan {
         let output = self.input(output);
         self.steps.push(Step { operation, output });
         output
-    }
-
-    fn check_skip(&self, skip: Option<SkipInput>, output: MapShape) -> Result<(), PlanError> {
-        let Some(SkipInput { map, factor, top }) = skip else {
-            return Ok(());
-        };
-        let map = self.shape(map);
-        let fits = factor > 0 && factor * map.height >= output.height + top;
-        if fits && map.width == output.width.div_ceil(factor) && map.channels == output.channels {
-            return Ok(());
-        }
-        let sizes = |s: MapShape| [s.channels, s.height, s.width];
-        Err(misfit("a skip input", &sizes(map), &sizes(output)))
     }
 }
 

@@ -105,7 +105,7 @@ impl Network {
     pub fn describe(&self) -> Vec<LayerDescription> {
         let mut table = LayerTable::new();
         any!(self, network => network.describe(&mut table));
-        table.into_layers()
+        table.layers
     }
 
     /// Initialises a network of `config` with random weights.
@@ -115,11 +115,7 @@ impl Network {
 
     /// A network with random weights (`drawn`), or a folded one whose weights are still to be loaded.
     pub(crate) fn with_init(config: &NetworkConfig, device: &Device, drawn: bool) -> Self {
-        let init = |momentum| WeightInit {
-            device,
-            drawn,
-            momentum,
-        };
+        let init = |momentum| WeightInit::new(device, drawn, momentum);
         match &config.architecture {
             Architecture::Compact(shape) => Self::Compact(CompactNetwork::new(shape, config, init(0.0))),
             Architecture::Paper(shape) => Self::Paper(PaperNetwork::new(shape, config, init(shape.momentum))),

@@ -154,7 +154,7 @@ impl Convolution {
 
     /// Writes itself into `table` under `name`.
     pub fn describe(&self, name: &str, table: &mut LayerTable) {
-        let [_, rows, columns] = table.size();
+        let [_, rows, columns] = table.size;
         let (rows, columns) = (rows.div_ceil(self.stride), columns.div_ceil(self.stride));
         let output = [self.channels(), rows, columns];
         table.add(format!("{name} {}", self.kind()), output, self.cost(rows * columns, 1));
@@ -174,7 +174,7 @@ mod tests {
     #[test]
     fn a_standardised_filter_keeps_the_variance_of_white_noise() {
         let device = Device::flex();
-        let layer = Convolution::standardised([16, 64], 3, 1, 1.0, WeightInit::drawn(&device, 0.0));
+        let layer = Convolution::standardised([16, 64], 3, 1, 1.0, WeightInit::new(&device, true, 0.0));
         let x = Tensor::random([1, 16, 40, 40], Distribution::Normal(0.0, 1.0), &device);
         let y = layer.forward(x).slice([0..1, 0..64, 1..39, 1..39]);
         let variance = y.square().mean().into_scalar::<f32>();

@@ -61,8 +61,9 @@ impl std::iter::Sum for Cost {
 /// The table while layers write themselves into it, one after the other, each on what the last one said.
 pub(super) struct LayerTable {
     block: Block,
-    size: [usize; 3],
-    layers: Vec<LayerDescription>,
+    /// Channels, rows and columns of the map that the next layer sees.
+    pub size: [usize; 3],
+    pub layers: Vec<LayerDescription>,
 }
 
 impl LayerTable {
@@ -80,11 +81,6 @@ impl LayerTable {
         self.size = size;
     }
 
-    /// Channels, rows and columns of the map that the next layer sees.
-    pub fn size(&self) -> [usize; 3] {
-        self.size
-    }
-
     /// Adds a layer.
     pub fn add(&mut self, name: impl Into<String>, output: [usize; 3], cost: Cost) {
         self.layers.push(LayerDescription {
@@ -94,11 +90,6 @@ impl LayerTable {
             cost,
         });
         self.size = output;
-    }
-
-    /// The layers that were added.
-    pub fn into_layers(self) -> Vec<LayerDescription> {
-        self.layers
     }
 
     /// Adds a layer without weights that changes the size.

@@ -44,9 +44,7 @@ impl PaperNetwork {
     pub(super) fn forward_maps(&self, images: Tensor<4>) -> NetworkMaps {
         let images = images * 2.0 - 1.0;
         let main = self.main.forward(images.clone()); // [N, 3, 270, 480]
-        let [n, _, h, w] = main.dims();
-        let main_depth = main.clone().slice([0..n, 0..1, 0..h, 0..w]);
-        let main_registration = main.clone().slice([0..n, 1..3, 0..h, 0..w]);
+        let (main_depth, main_registration) = (main.clone().narrow(1, 0, 1), main.clone().narrow(1, 1, 2));
         let seen = Tensor::cat(vec![images, main], 1); // [N, 6, 270, 480]
         let depth = self.depth_refinement.forward(seen.clone());
         let registration = main_registration.clone() + self.registration_refinement.forward(seen);

@@ -13,30 +13,16 @@ use super::resampling::max_pool;
 use super::resnet::Stack;
 use super::weight_init::WeightInit;
 use burn::module::{Module, Param};
+use burn::nn::Linear;
 use burn::tensor::{Tensor, activation::relu};
 use deepsft_geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH};
 use deepsft_inference::{NetworkConfig, R50FConfig};
 
-/// y = x w + b.
-#[derive(Module, Debug)]
-struct Dense {
-    /// [in, out].
-    weight: Param<Tensor<2>>,
-    /// [out].
-    bias: Param<Tensor<1>>,
-}
-
-impl Dense {
-    fn new(inputs: usize, outputs: usize, init: WeightInit) -> Self {
-        Self {
-            weight: Param::from_tensor(init.glorot([inputs, outputs], inputs, outputs)),
-            bias: Param::from_tensor(Tensor::zeros([outputs], init.device)),
-        }
-    }
-
-    /// [N, in] -> [N, out].
-    fn forward(&self, x: Tensor<2>) -> Tensor<2> {
-        x.matmul(self.weight.val()) + self.bias.val().unsqueeze()
+/// A dense layer of drawn weights without biases to begin with.
+fn dense(inputs: usize, outputs: usize, init: WeightInit) -> Linear {
+    Linear {
+        weight: Param::from_tensor(init.glorot([inputs, outputs], inputs, outputs)),
+        bias: Some(Param::from_tensor(Tensor::zeros([outputs], init.device))),
     }
 }
 
@@ -48,8 +34,8 @@ pub struct R50FNetwork {
     encode3: Stack,
     encode4: Stack,
     encode5: Stack,
-    neurons: Dense,
-    maps: Dense,
+    neurons: Linear,
+    maps: Linear,
     #[module(skip)]
     pub(crate) config: NetworkConfig,
 }
@@ -66,12 +52,12 @@ impl R50FNetwork {
             encode3: stack(256, [128, 128, 512], [2, 1], 3),
             encode4: stack(512, [256, 256, 1024], [2, 1], 5),
             encode5: stack(1024, [512, 512, R50FConfig::ENCODED_CHANNELS], [2, 1], 2),
-            neurons: Dense::new(
+            neurons: dense(
                 width(R50FConfig::ENCODED_CHANNELS) * R50FConfig::ENCODED_SIZE.0 * R50FConfig::ENCODED_SIZE.1,
                 neurons,
                 init,
             ),
-            maps: Dense::new(neurons, R50FConfig::MAP_VALUES, init),
+            maps: dense(neurons, R50FConfig::MAP_VALUES, init),
             config: config.clone(),
         }
     }
@@ -81,14 +67,13 @@ impl R50FNetwork {
         let x = max_pool(relu(self.entry.forward(images * 2.0 - 1.0)), 2, 1); // [N, 64, 68, 120]
         let x = self.encode3.forward(self.encode2.forward(x)); // [N, 512, 34, 60]
         let x = self.encode5.forward(self.encode4.forward(x)); // [N, 2048, 9, 15]
-        let [n, c, h, w] = x.dims();
-        let x = relu(self.neurons.forward(x.reshape([n, c * h * w])));
+        let n = x.dims()[0];
+        let x: Tensor<2> = relu(self.neurons.forward(x.flatten(1, 3)));
         let maps: Tensor<4> = self
             .maps
             .forward(x)
             .reshape([n, R50FConfig::MAPS, CANONICAL_HEIGHT, CANONICAL_WIDTH]);
-        let depth = maps.clone().slice([0..n, 0..1]);
-        let registration = maps.slice([0..n, 1..3]);
+        let (depth, registration) = (maps.clone().narrow(1, 0, 1), maps.narrow(1, 1, 2));
         NetworkMaps {
             main_depth: depth.clone(),
             main_registration: registration.clone(),
@@ -110,12 +95,11 @@ impl R50FNetwork {
         ] {
             stack.describe(name, table);
         }
-        let cost = |dense: &Dense| {
-            let [inputs, outputs] = dense.weight.dims();
-            Cost::of(dense, [outputs, inputs, 1, 1], 1, 1)
+        let mut add = |layer: &Linear, size: fn(usize) -> [usize; 3]| {
+            let [inputs, outputs] = layer.weight.dims();
+            table.add("dense", size(outputs), Cost::of(layer, [outputs, inputs, 1, 1], 1, 1));
         };
-        table.add("dense", [self.neurons.bias.dims()[0], 1, 1], cost(&self.neurons));
-        let maps = [R50FConfig::MAPS, CANONICAL_HEIGHT, CANONICAL_WIDTH];
-        table.add("dense", maps, cost(&self.maps));
+        add(&self.neurons, |outputs| [outputs, 1, 1]);
+        add(&self.maps, |_| [R50FConfig::MAPS, CANONICAL_HEIGHT, CANONICAL_WIDTH]);
     }
 }

@@ -3,34 +3,27 @@
 use super::any_network::Network;
 use super::compact::{CompactNetwork, INPUT_MULTIPLE};
 use crate::error::NetworkError;
+use crate::resampling::padded_to_multiple;
 use burn::tensor::{Device, Tensor, TensorData};
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::{GeometryError, Maps, Picture, RestSurface, check_size};
+use std::fmt::Debug;
 
 /// Converts pictures to the compact network's input, [N, 3, H, W] with values 0..=1. H and W are the pictures' sides (all the
 /// same) rounded up to multiples of 16, black below and to the right.
 pub fn images_to_tensor(pictures: &[&Picture], device: &Device) -> Tensor<4> {
-    padded_to_tensor(pictures, INPUT_MULTIPLE, device)
+    padded_to_multiple(pictures_to_tensor(pictures, device), INPUT_MULTIPLE)
 }
 
 /// Converts pictures of one size to the input of [`Network::forward_maps`], [N, 3, H, W] with values 0..=1.
 pub fn pictures_to_tensor(pictures: &[&Picture], device: &Device) -> Tensor<4> {
-    padded_to_tensor(pictures, 1, device)
-}
-
-fn padded_to_tensor(pictures: &[&Picture], multiple: usize, device: &Device) -> Tensor<4> {
     let (width, height) = pictures.first().map_or((0, 0), |p| (p.width(), p.height()));
-    let (w, h) = (width.next_multiple_of(multiple), height.next_multiple_of(multiple));
-    let mut values = vec![0.0_f32; pictures.len() * 3 * h * w];
-    for (n, picture) in pictures.iter().enumerate() {
-        for (pixel, color) in picture.rgb().chunks_exact(3).enumerate() {
-            let (x, y) = (pixel % width, pixel / width);
-            for (channel, &value) in color.iter().enumerate() {
-                values[((n * 3 + channel) * h + y) * w + x] = f32::from(value) / 255.0;
-            }
-        }
-    }
-    Tensor::from_data(TensorData::new(values, [pictures.len(), 3, h, w]), device)
+    let colors = pictures.iter().flat_map(|picture| {
+        let rgb = picture.rgb();
+        (0..3).flat_map(move |channel| rgb.iter().skip(channel).step_by(3))
+    });
+    let values: Vec<f32> = colors.map(|&value| f32::from(value) / 255.0).collect();
+    Tensor::from_data(TensorData::new(values, [pictures.len(), 3, height, width]), device)
 }
 
 impl Network {
@@ -79,13 +72,13 @@ async fn read_maps(
     surface: Option<&RestSurface>,
     depth_mm: impl Fn(f64) -> f64,
 ) -> Result<Maps, NetworkError> {
-    let failure = |reason: String| NetworkError::Execution { reason };
+    fn failure(error: impl Debug) -> NetworkError {
+        let reason = format!("{error:?}");
+        NetworkError::Execution { reason }
+    }
     let [.., rows, columns] = output.dims();
-    let data = output.into_data_async().await;
-    let data = data.map_err(|error| failure(format!("{error:?}")))?;
-    let values = data
-        .try_to_vec::<f32>()
-        .map_err(|error| failure(format!("{error:?}")))?;
+    let data = output.into_data_async().await.map_err(failure)?;
+    let values = data.try_to_vec::<f32>().map_err(failure)?;
     let (width, height) = (picture.width(), picture.height());
     let plane = rows * columns;
     let mut maps = Maps::empty((width, height));

@@ -1,6 +1,6 @@
 //! Maps of another size: up-sampling, pooling, cropping, patches.
 
-use burn::tensor::{Device, Tensor, module::max_pool2d, ops::MaxPoolOptions};
+use burn::tensor::{Device, Tensor, module::max_pool2d, ops::MaxPoolOptions, ops::PadMode};
 
 /// Every pixel `factor` x `factor` times: [N, C, h, w] -> [N, C, factor h, factor w].
 pub fn upsample_nearest(x: Tensor<4>, factor: usize) -> Tensor<4> {
@@ -24,11 +24,17 @@ pub fn max_pool(x: Tensor<4>, stride: usize, padding: usize) -> Tensor<4> {
 
 /// `height` rows from row `top`: [N, C, H, W] -> [N, C, height, W].
 pub fn crop_rows(x: Tensor<4>, top: usize, height: usize) -> Tensor<4> {
-    let [n, c, rows, w] = x.dims();
-    if rows == height {
+    if x.dims()[2] == height {
         return x;
     }
-    x.slice([0..n, 0..c, top..top + height, 0..w])
+    x.narrow(2, top, height)
+}
+
+/// Zeros at the right and below up to multiples of `multiple`: [N, C, H, W] -> [N, C, H', W'].
+pub fn padded_to_multiple(images: Tensor<4>, multiple: usize) -> Tensor<4> {
+    let [_, _, height, width] = images.dims();
+    let [below, right] = [height, width].map(|side| side.next_multiple_of(multiple) - side);
+    images.pad((0, right, 0, below), PadMode::Constant(0.0))
 }
 
 /// Bilinear up-sampling by an integer factor, cells' centres kept, edges repeated:

@@ -105,29 +105,20 @@ fn unfolded(own: &Weights, folded: &Weights, scale: f32) -> Result<Weights, Stri
 mod tests {
     use super::*;
     use crate::DescriptorNetwork;
-    use burn::module::{ModuleMapper, Param};
     use burn::tensor::Device;
     use deepsft_geometry::training_camera;
     use deepsft_inference::{Architecture, CompactConfig, NetworkConfig, R50FConfig};
 
-    /// Adds noise to the trunk: raw filters, gains and biases.
-    #[derive(Default)]
-    struct Noise(Vec<String>);
-    impl ModuleMapper for Noise {
-        fn enter_module(&mut self, name: &str, _container: &str) {
-            self.0.push(name.to_owned());
+    /// The network with noise added to its trunk: raw filters, gains and biases.
+    fn noisy(network: Network) -> Network {
+        let mut weights = network.weights();
+        for (_, array) in weights.iter_mut().filter(|(path, _)| of_trunk(path)) {
+            let noise = Distribution::Normal(0.0, 0.1);
+            let noise = Tensor::<1>::random([array.values.len()], noise, &Device::flex()).into_data();
+            let values = array.values.iter_mut().zip(noise.iter::<f32>());
+            values.for_each(|(value, noise)| *value += noise);
         }
-
-        fn exit_module(&mut self, _name: &str, _container: &str) {
-            self.0.pop();
-        }
-
-        fn map_float<const D: usize>(&mut self, param: Param<Tensor<D>>) -> Param<Tensor<D>> {
-            if !of_trunk(&self.0.join(".")) {
-                return param;
-            }
-            param.map(|weights| weights.random_like(Distribution::Normal(0.0, 0.1)) + weights)
-        }
+        network.loaded(&weights).0
     }
 
     fn config(channels: [usize; 4], blocks_at_32: usize) -> NetworkConfig {
@@ -136,7 +127,11 @@ mod tests {
             blocks_at_32,
             ..CompactConfig::default()
         };
-        NetworkConfig::new(Architecture::Compact(shape), [200.0, 150.0], &training_camera())
+        of(Architecture::Compact(shape))
+    }
+
+    fn of(architecture: Architecture) -> NetworkConfig {
+        NetworkConfig::new(architecture, [200.0, 150.0], &training_camera())
     }
 
     fn weights(network: Network) -> Weights {
@@ -148,7 +143,7 @@ mod tests {
         let device = Device::flex();
         let images = Tensor::random([2, 3, 96, 64], Distribution::Uniform(0.0, 1.0), &device);
         let fresh = Network::new(&config([8, 12, 16, 20], 2), &device);
-        let trained = fresh.clone().map(&mut Noise::default());
+        let trained = noisy(fresh.clone());
         let begun = fresh.clone().with_trunk("w", &weights(trained.clone())).unwrap();
         // New heads have no biases: the logits of their bins tell the features, up to the factor.
         let bins = |network: &Network| {
@@ -189,27 +184,15 @@ mod tests {
     #[test]
     fn weights_without_this_trunk_are_refused() {
         let device = Device::flex();
-        let network = || Network::new(&config([8, 12, 16, 20], 2), &device);
-        let r50f = || {
-            let architecture = Architecture::R50F(R50FConfig::narrow(32));
-            Network::new(
-                &NetworkConfig::new(architecture, [200.0, 150.0], &training_camera()),
-                &device,
-            )
-        };
+        let compact = |widest, blocks| Network::new(&config([8, 12, 16, widest], blocks), &device);
+        let network = || compact(20, 2);
+        let r50f = || Network::new(&of(Architecture::R50F(R50FConfig::narrow(32))), &device);
+        let (wider, deeper) = (weights(compact(24, 2)), weights(compact(20, 3)));
         for (network, weights, part) in [
             (network(), Weights::new(), "no main.decode16.first.bias"),
             (network(), weights(r50f()), "no main.decode16.first.bias"),
-            (
-                network(),
-                weights(Network::new(&config([8, 12, 16, 24], 2), &device)),
-                "main.down32.bias has the shape [24]",
-            ),
-            (
-                network(),
-                weights(Network::new(&config([8, 12, 16, 20], 3), &device)),
-                "main.encode32.2.",
-            ),
+            (network(), wider, "main.down32.bias has the shape [24]"),
+            (network(), deeper, "main.encode32.2."),
             (r50f(), weights(network()), "only a compact network"),
             (network().fold(), weights(network()), "a folded network"),
         ] {

@@ -14,11 +14,11 @@ pub struct WeightInit<'a> {
 }
 
 impl<'a> WeightInit<'a> {
-    /// Weights drawn for training.
-    pub fn drawn(device: &'a Device, momentum: f64) -> Self {
+    /// Weights that are `drawn`, or zero.
+    pub fn new(device: &'a Device, drawn: bool, momentum: f64) -> Self {
         Self {
             device,
-            drawn: true,
+            drawn,
             momentum,
         }
     }

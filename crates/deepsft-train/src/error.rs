@@ -7,28 +7,12 @@ use thiserror::Error;
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum TrainError {
-    /// A file of a checkpoint could not be read.
-    #[error("{path}: {reason}")]
-    Checkpoint {
-        /// What failed.
-        reason: String,
-        /// The file.
-        path: PathBuf,
-    },
     /// A checkpoint was made with another configuration.
     #[error("checkpoint was made with another {what}; remove it or train without --resume: {path}")]
     CheckpointMismatch {
         /// What differs.
         what: String,
         /// The checkpoint folder.
-        path: PathBuf,
-    },
-    /// The weights that a training is to begin with cannot be read.
-    #[error("cannot begin with the weights {path}: {reason}")]
-    From {
-        /// What failed.
-        reason: String,
-        /// The file.
         path: PathBuf,
     },
     /// The loss is no longer a finite number.
@@ -94,7 +78,7 @@ pub enum TrainError {
     /// The synthesiser refused something.
     #[error(transparent)]
     Synth(#[from] deepsft_synth::SynthError),
-    /// A file of a data set, or a recording, was refused.
+    /// A file of a checkpoint or a data set, weights to begin with, or a recording was refused.
     #[error(transparent)]
     Format(#[from] deepsft_formats::FormatError),
     /// Maps of different sizes were compared.

@@ -8,9 +8,8 @@ use super::patches::{PATCH, write_patches};
 use crate::config::NetworkConfig;
 use crate::cpu::CpuPlan;
 use crate::plan::PlanError;
-use crate::stage::Stage;
 use crate::weights::Weights;
-use deepsft_geometry::{GeometryError, Maps, Picture, RestSurface};
+use deepsft_geometry::Picture;
 use pulp::Arch;
 
 /// What the compact network computes around its plan on the processor, for images of one size.
@@ -68,29 +67,10 @@ impl CompactFrame {
         self.refine_registration(cpu);
     }
 
-    /// See [`crate::Executor::mask_logit`].
-    pub(crate) fn mask_logit(&self, cpu: &CpuPlan, x: usize, y: usize) -> f32 {
-        let (patch, within) = self.cell_maps.index_in_mask(x, y);
-        cpu.values(self.network.mask)[patch * cpu.pitch(self.network.mask) + within]
-    }
-
-    /// See [`crate::Executor::read`].
-    pub(crate) fn read(
-        &mut self,
-        cpu: &CpuPlan,
-        stage: Stage,
-        seen: Option<&[bool]>,
-        surface: Option<&RestSurface>,
-        maps: &mut Maps,
-    ) -> Result<(), GeometryError> {
+    /// The mask's logits of the last image, by the patch and the place within it.
+    pub(crate) fn mask<'a>(&self, cpu: &'a CpuPlan) -> impl Fn(usize, usize) -> f32 + Sync + use<'a> {
         let (logits, pitch) = (cpu.values(self.network.mask), cpu.pitch(self.network.mask));
-        self.cell_maps.read(
-            stage,
-            seen,
-            surface,
-            |patch, within| logits[patch * pitch + within],
-            maps,
-        )
+        move |patch, within| logits[patch * pitch + within]
     }
 
     /// Coordinates of cells from bins and offsets, and how much the mask shows of each.

@@ -6,7 +6,7 @@ use super::network::CompactPlan;
 use super::shaders;
 use crate::config::NetworkConfig;
 use crate::gpu::shader::Shader;
-use crate::gpu::{FramePart, FramePipeline, Gpu, GpuError, GpuPlan, Kernel};
+use crate::gpu::{FramePipeline, Gpu, GpuError, GpuPlan, Kernel};
 use crate::plan::{MapId, MapShape, Plan, PlanError};
 use crate::weights::Weights;
 use wgpu::Buffer;
@@ -83,28 +83,21 @@ pub(crate) fn compact_pipeline(
         measured: &measured,
     };
     let [depth, registration] = network.marks;
-    let mut work = vec![
-        FramePart::Kernel(frame.patches(image, &pixels)),
-        FramePart::Steps(0..depth),
-        FramePart::Kernel(frame.positions(&coarse)),
-        FramePart::Kernel(frame.cells(&coarse, windows.as_ref())),
-    ];
+    let mut work = vec![frame.patches(image, &pixels)];
+    work.extend(plan.kernels(0..depth));
+    work.extend([frame.positions(&coarse), frame.cells(&coarse, windows.as_ref())]);
     if let Some(windows) = &windows {
-        work.extend([
-            FramePart::Steps(windows.first..windows.first + 1),
-            FramePart::Kernel(frame.turn(windows)),
-            FramePart::Steps(windows.first + 1..windows.first + 3),
-        ]);
+        work.extend(plan.kernels(windows.first..windows.first + 1));
+        work.push(frame.turn(windows));
+        work.extend(plan.kernels(windows.first + 1..windows.first + 3));
     }
-    work.extend([
-        FramePart::Kernel(frame.measure(windows.as_ref())),
-        FramePart::Steps(depth..registration),
-        FramePart::Kernel(frame.refine_depth()),
-        FramePart::Steps(registration..last),
-        FramePart::Kernel(frame.refine_registration()),
-    ]);
+    work.push(frame.measure(windows.as_ref()));
+    work.extend(plan.kernels(depth..registration));
+    work.push(frame.refine_depth());
+    work.extend(plan.kernels(registration..last));
+    work.push(frame.refine_registration());
     let results = vec![found, refined, plan.buffer(network.mask).clone()];
-    Ok(FramePipeline::new(gpu, plan, work, (image, pixels), results))
+    Ok(FramePipeline::new(gpu, work, (image, pixels), results))
 }
 
 /// One of the 16 logits of a patch that came back.
@@ -190,14 +183,13 @@ impl FrameKernels<'_> {
         shader.bind("found", "read", self.found);
         shader.bind("measured", "read_write", self.measured);
         shader.bind("cues", "read_write", self.plan.buffer(self.network.cues[0]));
-        let Some(windows) = windows else {
-            let functions = [shaders::CUE_FUNCTIONS, shaders::MEASURE_FUNCTIONS];
-            return self.of_cells(shader, &functions, shaders::MEASURE_WITHOUT_PLANES);
-        };
-        shader.bind_as("narrow", "read", "f32", self.plan.buffer(windows.means[0]));
-        shader.bind_as("wide", "read", "f32", self.plan.buffer(windows.means[1]));
-        let functions = [shaders::CUE_FUNCTIONS, shaders::MEASURE_FUNCTIONS];
-        self.of_cells(shader, &functions, shaders::MEASURE)
+        let mut body = shaders::MEASURE_WITHOUT_PLANES;
+        if let Some(windows) = windows {
+            shader.bind_as("narrow", "read", "f32", self.plan.buffer(windows.means[0]));
+            shader.bind_as("wide", "read", "f32", self.plan.buffer(windows.means[1]));
+            body = shaders::MEASURE;
+        }
+        self.of_cells(shader, &[shaders::CUE_FUNCTIONS, shaders::MEASURE_FUNCTIONS], body)
     }
 
     fn refine_depth(&self) -> Kernel {

@@ -122,10 +122,10 @@ impl Trunk {
             at32 = block(builder, at32, &format!("main.encode32.{k}"), c32)?;
         }
         let lateral = builder.layer(&[at32.relu()], "main.lateral16", [c16, 1, 1], None)?;
-        let at16 = builder.plan.add(at16, SkipInput::doubled(lateral))?;
+        let at16 = builder.plan.add(at16, SkipInput::doubled(lateral));
         let at16 = block(builder, at16, "main.decode16", c16)?;
         let lateral = builder.layer(&[at16.relu()], "main.lateral8", [c8, 1, 1], None)?;
-        let at8 = builder.plan.add(at8, SkipInput::doubled(lateral))?;
+        let at8 = builder.plan.add(at8, SkipInput::doubled(lateral));
         let at8 = block(builder, at8, "main.decode8", c8)?;
         Ok(Self {
             image,

@@ -1,6 +1,6 @@
 //! What a network is built from: its architecture and the images and depths it is for.
 
-use super::architecture::{Architecture, CompactConfig, PaperConfig, R50FConfig};
+use super::architecture::{Architecture, CompactConfig};
 use super::depth_range::DepthRange;
 use crate::plan::PlanError;
 use deepsft_geometry::{Camera, RestSurface, Template};
@@ -45,16 +45,6 @@ impl NetworkConfig {
     pub fn compact(template_size_mm: [f64; 2], camera: &Camera) -> Self {
         let layers = CompactConfig::default();
         Self::new(Architecture::Compact(layers), template_size_mm, camera)
-    }
-
-    /// Describes the paper's network, see [`NetworkConfig::new`].
-    pub fn paper(template_size_mm: [f64; 2], camera: &Camera) -> Self {
-        Self::new(Architecture::Paper(PaperConfig::default()), template_size_mm, camera)
-    }
-
-    /// Describes R50F, see [`NetworkConfig::new`].
-    pub fn r50f(template_size_mm: [f64; 2], camera: &Camera) -> Self {
-        Self::new(Architecture::R50F(R50FConfig::default()), template_size_mm, camera)
     }
 
     /// Returns the same with rest positions ([`CompactConfig::has_rest_positions`]) in a cube of `side_mm`, if the network is a compact

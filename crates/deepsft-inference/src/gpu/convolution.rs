@@ -20,13 +20,7 @@ use wgpu::Buffer;
 const STRETCH: usize = 4;
 const BLOCK: usize = 2;
 
-/// What the tiles of Winograd's convolutions read, and their sums, at the points.
-pub(super) struct Scratch {
-    pub(super) read: Buffer,
-    pub(super) sums: Buffer,
-}
-
-/// Numbers that a convolution needs in [`Scratch`].
+/// Numbers of what the tiles of a Winograd convolution read at the points, and of their sums.
 pub(super) fn scratch(convolution: &Convolution, shapes: &[MapShape], output: MapShape) -> [usize; 2] {
     if !is_winograd(convolution) {
         return [0, 0];
@@ -40,14 +34,14 @@ fn is_winograd(convolution: &Convolution) -> bool {
     convolution.filters.kernel == 3 && convolution.stride == 1
 }
 
-/// The kernels of a convolution.
+/// The kernels of a convolution, with buffers for what [`scratch`] counts.
 pub(super) fn kernels(
     gpu: &Gpu,
     (convolution, shapes): (&Convolution, &[MapShape]),
     sources: &[ShaderInput<'_>],
     skip: ShaderSkip<'_>,
     output: GpuMap<'_>,
-    scratch: &Scratch,
+    [read, sums]: &[Buffer; 2],
 ) -> Vec<Kernel> {
     let (channels, count) = convolution.input_channels(shapes, padded);
     if !is_winograd(convolution) {
@@ -69,8 +63,8 @@ pub(super) fn kernels(
         half: false,
         buffer,
     };
-    let read = at_points(count, &scratch.read);
-    let sums = at_points(padded(output.shape.channels), &scratch.sums);
+    let read = at_points(count, read);
+    let sums = at_points(padded(output.shape.channels), sums);
     let product = Product {
         sources: &[(read, convolution.inputs[0].map.plain())],
         skip: None,

@@ -1,6 +1,5 @@
 //! A GPU: how it is started, its buffers, and what went wrong on it.
 
-use super::waiting;
 use crate::plan::PlanError;
 use deepsft_geometry::GeometryError;
 use half::f16;
@@ -211,14 +210,15 @@ impl Gpu {
         buffer: &wgpu::Buffer,
         read: impl FnOnce(&mut dyn Iterator<Item = f32>) -> T,
     ) -> Result<T, GpuError> {
-        let (send, receive) = waiting::channel();
-        buffer.map_async(wgpu::MapMode::Read, .., send);
+        let (sender, receiver) = oneshot::async_channel();
+        buffer.map_async(wgpu::MapMode::Read, .., |mapped| drop(sender.send(mapped)));
         // In a browser this does nothing, and the event loop brings the answer.
         let polled = self.device.poll(wgpu::PollType::wait_indefinitely());
         self.check()?;
         polled.map_err(|error| GpuError::Failed(error.to_string()))?;
         let failed = |error: &dyn fmt::Display| self.check().err().unwrap_or(GpuError::Failed(error.to_string()));
-        receive.await.map_err(|error| failed(&error))?;
+        let mapped = receiver.await.map_err(|error| failed(&error))?;
+        mapped.map_err(|error| failed(&error))?;
         // In a browser refusals arrive while it is waited for: what was mapped then holds no results.
         if let Err(error) = self.check() {
             buffer.unmap();

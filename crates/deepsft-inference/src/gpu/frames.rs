@@ -1,25 +1,16 @@
 //! Frames: an image goes in, some maps come back.
 
 use super::device::{Gpu, GpuError};
-use super::plan::GpuPlan;
 use super::shader::Kernel;
 use deepsft_geometry::{Picture, check_size};
-use std::ops::Range;
 use wgpu::Buffer;
-
-#[derive(Debug)]
-pub(crate) enum FramePart {
-    Steps(Range<usize>),
-    Kernel(Kernel),
-}
 
 /// A network's work for an image of one size: one list for the GPU, of which only the results come back.
 #[derive(Debug)]
 pub(crate) struct FramePipeline {
     gpu: Gpu,
-    plan: GpuPlan,
     image: [usize; 2],
-    work: Vec<FramePart>,
+    work: Vec<Kernel>,
     /// The image's bytes, see [`FramePipeline::pixels`].
     pixels: Buffer,
     /// What comes back, and the numbers that came last.
@@ -37,14 +28,12 @@ impl FramePipeline {
 
     pub(crate) fn new(
         gpu: &Gpu,
-        plan: GpuPlan,
-        work: Vec<FramePart>,
+        work: Vec<Kernel>,
         (image, pixels): ([usize; 2], Buffer),
         results: Vec<Buffer>,
     ) -> Self {
         Self {
             gpu: gpu.clone(),
-            plan,
             image,
             work,
             pixels,
@@ -79,12 +68,7 @@ impl FramePipeline {
         }
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         let mut pass = encoder.begin_compute_pass(&Default::default());
-        for work in &self.work {
-            match work {
-                FramePart::Steps(steps) => self.plan.list(steps.clone(), &mut pass),
-                FramePart::Kernel(kernel) => kernel.run(&mut pass),
-            }
-        }
+        self.work.iter().for_each(|kernel| kernel.run(&mut pass));
         drop(pass);
         let mut at = 0;
         for (buffer, _) in &self.results {

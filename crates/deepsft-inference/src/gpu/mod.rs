@@ -6,10 +6,9 @@ mod frames;
 mod plan;
 pub(crate) mod shader;
 mod simple;
-mod waiting;
 mod winograd;
 
 pub use device::{Gpu, GpuError};
-pub(crate) use frames::{FramePart, FramePipeline};
+pub(crate) use frames::FramePipeline;
 pub(crate) use plan::GpuPlan;
 pub(crate) use shader::Kernel;

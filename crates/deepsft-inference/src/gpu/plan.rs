@@ -1,6 +1,6 @@
 //! A plan on a GPU.
 
-use super::convolution::{self, Scratch};
+use super::convolution;
 use super::device::Gpu;
 use super::shader::{GpuMap, Kernel, padded};
 use super::simple;
@@ -30,11 +30,8 @@ impl GpuPlan {
             Operation::Convolve(convolution) => convolution::scratch(convolution, &shapes, shapes[step.output.0]),
             Operation::Add(..) | Operation::Pool(_) | Operation::Dense(_) => [4, 4],
         });
-        let [read, sums] = needed.fold([4, 4], |most, needed| [0, 1].map(|k| most[k].max(needed[k])));
-        let scratch = Scratch {
-            read: gpu.zeros(read),
-            sums: gpu.zeros(sums),
-        };
+        let most = needed.fold([4, 4], |most, needed| [0, 1].map(|k| most[k].max(needed[k])));
+        let scratch = most.map(|length| gpu.zeros(length));
         // What comes and goes with f32 stays so; between layers 16 bits are enough.
         let inner = |map: MapId| steps.iter().any(|step| step.output == map) && !kept.contains(&map);
         let view = |map: MapId| GpuMap {
@@ -78,8 +75,8 @@ impl GpuPlan {
         &self.buffers[self.slots[map.0]]
     }
 
-    /// Puts the steps `steps` on a list of work.
-    pub(crate) fn list(&self, steps: Range<usize>, pass: &mut wgpu::ComputePass<'_>) {
-        self.kernels[steps].iter().flatten().for_each(|kernel| kernel.run(pass));
+    /// The work of the steps `steps`, which keeps the plan's buffers.
+    pub(crate) fn kernels(&self, steps: Range<usize>) -> Vec<Kernel> {
+        self.kernels[steps].concat()
     }
 }

@@ -154,8 +154,8 @@ if index >= size.count {{ return; }}
     }
 }
 
-/// A compiled shader with its buffers.
-#[derive(Debug)]
+/// A compiled shader with its buffers; clones share them.
+#[derive(Clone, Debug)]
 pub(crate) struct Kernel {
     pipeline: wgpu::ComputePipeline,
     bindings: wgpu::BindGroup,

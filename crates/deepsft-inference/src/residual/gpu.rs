@@ -3,7 +3,7 @@
 use super::network::ResidualPlan;
 use crate::config::NetworkConfig;
 use crate::gpu::shader::Shader;
-use crate::gpu::{FramePart, FramePipeline, Gpu, GpuError, GpuPlan};
+use crate::gpu::{FramePipeline, Gpu, GpuError, GpuPlan};
 use crate::weights::Weights;
 use deepsft_geometry::{CANONICAL_HEIGHT, CANONICAL_WIDTH};
 
@@ -31,7 +31,7 @@ pub(crate) fn residual_pipeline(
     shader.bind_as("image", "read", "u32", &pixels);
     shader.bind("out", "read_write", plan.buffer(image));
     let colors = shader.kernel(gpu, "", COLORS, CANONICAL_WIDTH * CANONICAL_HEIGHT, 1);
-    let work = vec![FramePart::Kernel(colors), FramePart::Steps(0..plan.steps())];
+    let work = [vec![colors], plan.kernels(0..plan.steps())].concat();
     let results = outputs.iter().map(|&map| plan.buffer(map).clone()).collect();
-    Ok(FramePipeline::new(gpu, plan, work, (size, pixels), results))
+    Ok(FramePipeline::new(gpu, work, (size, pixels), results))
 }

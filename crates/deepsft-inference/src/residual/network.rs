@@ -101,7 +101,7 @@ impl<'a> ResidualBuilder<'a> {
     fn entry(&mut self, path: &str, xs: &[LayerInput], [stride, border]: [usize; 2]) -> Result<LayerInput, PlanError> {
         let shape = [64 / self.divisor, 7, 2];
         let map = self.builder.relu_layer(xs, &format!("{path}entry"), shape, None)?;
-        let map = self.builder.plan.pool(MaxPool { map, stride, border })?;
+        let map = self.builder.plan.pool(MaxPool { map, stride, border });
         Ok(map.plain())
     }
 

@@ -1,7 +1,7 @@
 //! Descriptions of networks.
 
 use deepsft_geometry::training_camera;
-use deepsft_inference::NetworkConfig;
+use deepsft_inference::{Architecture, CompactConfig, NetworkConfig, PaperConfig, R50FConfig};
 
 /// As it stands in a `model.json`.
 const COMPACT: &str = r#"{"architecture": "compact",
@@ -19,11 +19,12 @@ fn a_description_is_read_with_its_layers_beside_the_other_fields() {
 #[test]
 fn every_architecture_comes_back_from_its_description() {
     let camera = training_camera();
-    for config in [
-        NetworkConfig::compact([297.0, 210.0], &camera),
-        NetworkConfig::paper([297.0, 210.0], &camera),
-        NetworkConfig::r50f([297.0, 210.0], &camera),
+    for architecture in [
+        Architecture::Compact(CompactConfig::default()),
+        Architecture::Paper(PaperConfig::default()),
+        Architecture::R50F(R50FConfig::default()),
     ] {
+        let config = NetworkConfig::new(architecture, [297.0, 210.0], &camera);
         let json = serde_json::to_value(&config).unwrap();
         assert_eq!(json["architecture"], config.architecture.name());
         assert_eq!(serde_json::from_value::<NetworkConfig>(json).unwrap(), config);

@@ -13,7 +13,7 @@ use crate::block::Block;
 use crate::convolution_layer::{Convolution, scaled_relu};
 use crate::description::LayerTable;
 use crate::maps::NetworkMaps;
-use crate::resampling::{depth_to_space, upsample_bilinear, upsample_nearest};
+use crate::resampling::{depth_to_space, padded_to_multiple, upsample_bilinear, upsample_nearest};
 use crate::weight_init::WeightInit;
 use burn::module::Module;
 use burn::tensor::{Tensor, activation};
@@ -70,17 +70,13 @@ impl CompactNetwork {
     /// Runs the network on frames [N, 3, H, W] of the training camera, values 0..=1. They are padded at the right and below to
     /// multiples of 16.
     pub fn forward(&self, images: Tensor<4>) -> NetworkOutput {
-        self.forward_at(images, None)
+        self.forward_windows(images, None)
     }
 
-    /// Runs the network on windows of frames. `corners` [N, 2, 1, 1] is the pixel (x, y) of each frame where its window begins.
-    pub fn forward_windows(&self, images: Tensor<4>, corners: &Tensor<4>) -> NetworkOutput {
-        self.forward_at(images, Some(corners))
-    }
-
-    fn forward_at(&self, images: Tensor<4>, corners: Option<&Tensor<4>>) -> NetworkOutput {
+    /// Runs the network on windows of frames. `corners` [N, 2, 1, 1] is the pixel (x, y) of each frame where its window begins;
+    /// (0, 0) without them.
+    pub fn forward_windows(&self, images: Tensor<4>, corners: Option<&Tensor<4>>) -> NetworkOutput {
         let main = self.main.forward((images - 0.5) * 4.0);
-        let [n, ..] = main.coordinates.dims();
         let features = scaled_relu(main.features);
 
         let coarse = upsample_nearest(self.mask_coarse.forward(features.clone()), 2);
@@ -89,7 +85,7 @@ impl CompactNetwork {
         let mask = self.mask.forward(scaled_relu(mask)); // [N, 16, H / 4, W / 4]
 
         let registration = registration_of(&main.coordinates);
-        let depth = main.coordinates.clone().slice([0..n, 2..3]);
+        let depth = main.coordinates.clone().narrow(1, 2, 1);
         let planar = match self.config.has_rest_positions() {
             // Planes are measured of one smooth chart. What was found stands in their place.
             true => depth.clone().repeat_dim(1, PLANAR_CUES),
@@ -100,8 +96,8 @@ impl CompactNetwork {
 
         let cues = around(&registration, &[depth.clone(), departures(&measured, &depth)]);
         let refinement = self.depth_refinement.forward(features.clone(), cues);
-        let correction = refinement.clone().slice([0..n, 0..1]);
-        let depth = weighed(depth, planar, refinement.slice([0..n, 1..2 + PLANAR_CUES])) + correction;
+        let correction = refinement.clone().narrow(1, 0, 1);
+        let depth = weighed(depth, planar, refinement.narrow(1, 1, 1 + PLANAR_CUES)) + correction;
 
         let cues = around(&registration, &[depth.clone(), departures(&measured, &depth)]);
         let registration = registration + self.registration_refinement.forward(features, cues);
@@ -117,7 +113,7 @@ impl CompactNetwork {
     /// See [`crate::Network::forward_maps`].
     pub(crate) fn forward_maps(&self, images: Tensor<4>) -> NetworkMaps {
         let [n, _, height, width] = images.dims();
-        let output = self.forward(pad(images, INPUT_MULTIPLE));
+        let output = self.forward(padded_to_multiple(images, INPUT_MULTIPLE));
         let cut = |x: Tensor<4>, channels: std::ops::Range<usize>| x.slice([0..n, channels, 0..height, 0..width]);
         let depth = |x: &Tensor<4>| normalised_depth(cut(x.clone(), 2..3), self.config.depth_range);
         let main = Self::at_pixels(output.main);
@@ -147,11 +143,8 @@ impl CompactNetwork {
 
     /// See [`crate::Network::describe`].
     pub(crate) fn describe(&self, table: &mut LayerTable) {
-        let [_, height, width] = table.size();
-        let (height, width) = (
-            height.next_multiple_of(INPUT_MULTIPLE),
-            width.next_multiple_of(INPUT_MULTIPLE),
-        );
+        let [_, height, width] = table.size;
+        let [height, width] = [height, width].map(|side| side.next_multiple_of(INPUT_MULTIPLE));
         table.resize("padding", height, width);
         self.main.describe(table);
         let [cells, patches] = [PIXELS_PER_CELL, PATCH].map(|side| [height / side, width / side]);
@@ -175,39 +168,22 @@ impl CompactNetwork {
 
 /// The registration of coordinates: (u, v) of [N, 3, h, w], or (x, y, z) of [N, 4, h, w].
 fn registration_of(coordinates: &Tensor<4>) -> Tensor<4> {
-    let [n, count, ..] = coordinates.dims();
-    let first = coordinates.clone().slice([0..n, 0..2]);
-    match count {
+    let first = coordinates.clone().narrow(1, 0, 2);
+    match coordinates.dims()[1] {
         3 => first,
-        _ => Tensor::cat(vec![first, coordinates.clone().slice([0..n, 3..count])], 1),
+        _ => Tensor::cat(vec![first, coordinates.clone().narrow(1, 3, 1)], 1),
     }
 }
 
 /// The first two coordinates of a registration, then `between`, then the third if there is one: the order of coordinates, and of the
 /// cues of a refinement block.
 fn around(registration: &Tensor<4>, between: &[Tensor<4>]) -> Tensor<4> {
-    let [n, count, ..] = registration.dims();
-    let mut parts = vec![registration.clone().slice([0..n, 0..2])];
+    let mut parts = vec![registration.clone().narrow(1, 0, 2)];
     parts.extend_from_slice(between);
-    if count > 2 {
-        parts.push(registration.clone().slice([0..n, 2..count]));
+    if registration.dims()[1] > 2 {
+        parts.push(registration.clone().narrow(1, 2, 1));
     }
     Tensor::cat(parts, 1)
-}
-
-/// Zeros at the right and below up to multiples of `multiple`: [N, C, H, W] -> [N, C, H', W'].
-fn pad(images: Tensor<4>, multiple: usize) -> Tensor<4> {
-    let [n, c, height, width] = images.dims();
-    let (h, w) = (height.next_multiple_of(multiple), width.next_multiple_of(multiple));
-    let device = images.device();
-    let mut padded = images;
-    if h > height {
-        padded = Tensor::cat(vec![padded, Tensor::zeros([n, c, h - height, width], &device)], 2);
-    }
-    if w > width {
-        padded = Tensor::cat(vec![padded, Tensor::zeros([n, c, h, w - width], &device)], 3);
-    }
-    padded
 }
 
 /// Normalised log depth -> normalised depth, any shape, see [`DepthRange`].

@@ -32,7 +32,7 @@ impl DescriptorNetwork {
             bins: vec![2; 3],
             ..CompactConfig::default()
         };
-        let init = WeightInit::drawn(device, 0.0);
+        let init = WeightInit::new(device, true, 0.0);
         Self {
             main: MainBlock::new(&config, init),
             head: Convolution::head([config.channels[1], DESCRIPTOR_LENGTH], 1, init),

@@ -116,7 +116,7 @@ impl MainBlock {
 
     /// Writes its layers into `table`, which holds an image whose sides are multiples of 16.
     pub fn describe(&self, table: &mut LayerTable) {
-        let [_, height, width] = table.size();
+        let [_, height, width] = table.size;
         let mut add = |name: &str, stride: usize, channels: usize, cost: &dyn Fn(usize) -> Cost| {
             let (rows, columns) = (height.div_ceil(stride), width.div_ceil(stride));
             table.add(name, [channels, rows, columns], cost(rows * columns));

@@ -47,11 +47,12 @@ pub fn planar_depth(
 ) -> Tensor<4> {
     let [n, _, h, w] = coordinates.dims();
     let maps = coordinates.clone().detach();
+    let coordinate = |k: usize| maps.clone().narrow(1, k, 1);
     let seen = seen.clone().detach();
     let device = maps.device();
     let [width, height] = config.template_size_mm;
-    let u = (maps.clone().slice([0..n, 0..1]) - 0.5) * (width / UNIT_MM);
-    let v = (maps.clone().slice([0..n, 1..2]) - 0.5) * (height / UNIT_MM);
+    let u = (coordinate(0) - 0.5) * (width / UNIT_MM);
+    let v = (coordinate(1) - 0.5) * (height / UNIT_MM);
     // [N, 2, h, w]: x and y of the ray through a cell's centre.
     let mut rays = rays(h, w, config, &device).expand([n, 2, h, w]);
     if let Some(corners) = corners {
@@ -66,8 +67,7 @@ pub fn planar_depth(
     let depth =
         normalise_depth((plane_depth(&means, rays) * UNIT_MM).clamp_min(1.0), config.depth_range).clamp(-0.5, 1.5);
 
-    let d = maps.slice([0..n, 2..3]);
-    let d = Tensor::cat(vec![d.clone(), d], 0);
+    let d = Tensor::cat(vec![coordinate(2), coordinate(2)], 0);
     let trust = seen_fraction.clone() / (seen_fraction + HALF_SUPPORT);
     let cue = d.clone() + (depth - d) * trust;
     Tensor::cat(vec![cue.clone().slice([0..n, 0..1]), cue.slice([n..2 * n, 0..1])], 1)
@@ -88,20 +88,12 @@ fn rays(h: usize, w: usize, config: &NetworkConfig, device: &Device) -> Tensor<4
 fn moments(u: &Tensor<4>, v: &Tensor<4>, rays: &Tensor<4>) -> Tensor<4> {
     let [n, _, h, w] = u.dims();
     let one = Tensor::ones([n, 1, h, w], &u.device());
-    let powers = Tensor::cat(
-        vec![
-            one,
-            u.clone(),
-            v.clone(),
-            u.clone() * u.clone(),
-            u.clone() * v.clone(),
-            v.clone() * v.clone(),
-        ],
-        1,
-    ); // [N, 6, h, w]
-    let x = rays.clone().slice([0..n, 0..1]);
-    let y = rays.clone().slice([0..n, 1..2]);
-    let square = (x.clone() * x.clone() + y.clone() * y.clone()) * powers.clone().slice([0..n, 1..6]);
+    let product = |a: &Tensor<4>, b: &Tensor<4>| a.clone() * b.clone();
+    let squares = [product(u, u), product(u, v), product(v, v)];
+    // [N, 6, h, w]
+    let powers = Tensor::cat([one, u.clone(), v.clone()].into_iter().chain(squares).collect(), 1);
+    let (x, y) = (rays.clone().narrow(1, 0, 1), rays.clone().narrow(1, 1, 1));
+    let square = (product(&x, &x) + product(&y, &y)) * powers.clone().narrow(1, 1, 5);
     Tensor::cat(vec![powers.clone(), powers.clone() * x, powers * y, square], 1)
 }
 
@@ -229,21 +221,16 @@ mod tests {
         let config = NetworkConfig::compact([297.0, 210.0], &training_camera());
         let device = Device::flex();
         let (maps, truth) = plane(&config, corner, turn, tilt, z);
-        let maps: Tensor<4> = Tensor::<1>::from_floats(maps.as_slice(), &device).reshape([1, 3, H, W]);
+        let tensor = |values: Vec<f32>, shape: [usize; 3]| -> Tensor<4> {
+            Tensor::<1>::from_floats(&values[..], &device).reshape([1, shape[0], shape[1], shape[2]])
+        };
+        let maps = tensor(maps, [3, H, W]);
         // Only cells on the sheet are seen.
-        let inside = maps
-            .clone()
-            .slice([0..1, 0..2])
-            .sub_scalar(0.5)
-            .abs()
-            .max_dim(1)
-            .lower_elem(0.5)
-            .float();
-        let corners: Tensor<4> =
-            Tensor::<1>::from_floats([corner[0] as f32, corner[1] as f32], &device).reshape([1, 2, 1, 1]);
+        let off_centre = (maps.clone().narrow(1, 0, 2) - 0.5).abs().max_dim(1);
+        let inside = off_centre.lower_elem(0.5).float();
+        let corners = tensor(corner.map(|c| c as f32).to_vec(), [2, 1, 1]);
         let cues = planar_depth(&maps, &inside, Some(&corners), &config);
-        let truth: Tensor<4> = Tensor::<1>::from_floats(truth.as_slice(), &device).reshape([1, 1, H, W]);
-        let error = (cues - truth).abs() * inside;
+        let error = (cues - tensor(truth, [1, H, W])).abs() * inside;
         error.max().into_scalar::<f32>()
     }
 

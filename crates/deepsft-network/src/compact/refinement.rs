@@ -59,14 +59,9 @@ impl RefinementBlock {
 
     /// Writes its layers into `table`.
     pub fn describe(&self, table: &mut LayerTable) {
-        let [_, rows, columns] = table.size();
-        for (name, layer) in [
-            ("entry 3x3", &self.entry),
-            ("middle 3x3", &self.middle),
-            ("correction 1x1", &self.correction),
-        ] {
-            table.add(name, [layer.channels(), rows, columns], layer.cost(rows * columns, 1));
-        }
+        self.entry.describe("entry", table);
+        self.middle.describe("middle", table);
+        self.correction.describe("correction", table);
     }
 }
 

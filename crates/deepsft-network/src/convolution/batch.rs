@@ -81,7 +81,6 @@ impl Convolving {
             None => PaddedMaps::new(maps, &layout, |value| value),
         };
         let area = self.kernel * self.kernel;
-        let [rows, columns] = self.output_size();
         let finish = |_: usize, products: &mut [f32], out: &mut [f32]| {
             to_maps(products, padded_channels(self.outputs), out, biases)
         };
@@ -99,27 +98,14 @@ impl Convolving {
                 filters.set(place * read.pitch + input, output, weight);
             }
         }
-        let out = by_samples(&read, self.outputs, rows * columns, finish, |sample, products| {
-            arch.dispatch(Product {
-                rows: MatrixRows {
-                    values: read.of_sample(sample),
-                    count: rows * columns,
-                    across: columns,
-                    step: self.stride * read.pitch,
-                    line: self.stride * read.row,
-                    parts: self.kernel,
-                    pitch: read.row,
-                },
-                matrix: &filters,
-                epilogue: WriteRows {
-                    across: columns,
-                    step: 1,
-                    line: columns,
-                    pitch: padded_channels(self.outputs),
-                    out: products,
-                },
-            });
-        });
+        let all = Phase {
+            first: [0, 0],
+            start: [0, 0],
+            rows: self.kernel,
+            filters,
+        };
+        let steps = [self.stride, 1];
+        let out = by_phases(&read, &[all], self.outputs, self.output_size(), steps, finish);
         (out, read)
     }
 
@@ -158,35 +144,7 @@ impl Convolving {
             .filter(|phase| phase / stride < height && phase % stride < width)
             .filter_map(|phase| Phase::new(self, [phase / stride, phase % stride], weights, lanes))
             .collect();
-        by_samples(gradient, self.inputs, height * width, finish, |sample, products| {
-            if phases.len() < stride * stride {
-                products.fill(0.0);
-            }
-            for phase in &phases {
-                let [y, x] = phase.first;
-                let [rows, columns] = [height - y, width - x].map(|side| side.div_ceil(stride));
-                let start = phase.start[0] * gradient.row + phase.start[1] * gradient.pitch;
-                arch.dispatch(Product {
-                    rows: MatrixRows {
-                        values: &gradient.of_sample(sample)[start..],
-                        count: rows * columns,
-                        across: columns,
-                        step: gradient.pitch,
-                        line: gradient.row,
-                        parts: phase.rows,
-                        pitch: gradient.row,
-                    },
-                    matrix: &phase.filters,
-                    epilogue: WriteRows {
-                        across: columns,
-                        step: stride,
-                        line: stride * width,
-                        pitch,
-                        out: &mut products[(y * width + x) * pitch..],
-                    },
-                });
-            }
-        })
+        by_phases(gradient, &phases, self.inputs, self.size, [1, stride], finish)
     }
 
     /// Maps [N, channels, rows, columns] of the size that is read; `finish` gets a sample's number, places and maps.
@@ -298,20 +256,52 @@ impl Convolving {
     }
 }
 
-/// Maps [N, channels, places], sample by sample: `make` gets a sample's number and its places to fill, `finish` these and its
-/// maps.
-fn by_samples(
+/// Maps [N, channels, rows, columns] of the size `size`, sample by sample, whose places `phases` make; from one place of a phase
+/// to its next are the steps `read` and `write`. `finish` gets a sample's number, places and maps.
+fn by_phases(
     from: &PaddedMaps,
+    phases: &[Phase],
     channels: usize,
-    places: usize,
+    [height, width]: [usize; 2],
+    [read, write]: [usize; 2],
     finish: impl Fn(usize, &mut [f32], &mut [f32]) + Sync,
-    make: impl Fn(usize, &mut [f32]) + Sync,
 ) -> Vec<f32> {
+    let (arch, pitch, places) = (Arch::new(), padded_channels(channels), height * width);
     let mut out = vec![0.0; from.samples() * channels * places];
     let samples = out.par_chunks_exact_mut(channels * places).enumerate();
     samples.for_each(|(sample, out)| {
-        with_scratch([places * padded_channels(channels)], |[made]| {
-            make(sample, made);
+        with_scratch([places * pitch], |[made]| {
+            if phases.len() < write * write {
+                made.fill(0.0);
+            }
+            for Phase {
+                first: [y, x],
+                start,
+                rows: parts,
+                filters,
+            } in phases
+            {
+                let [rows, columns] = [height - y, width - x].map(|side| side.div_ceil(write));
+                arch.dispatch(Product {
+                    rows: MatrixRows {
+                        values: &from.of_sample(sample)[start[0] * from.row + start[1] * from.pitch..],
+                        count: rows * columns,
+                        across: columns,
+                        step: read * from.pitch,
+                        line: read * from.row,
+                        parts: *parts,
+                        pitch: from.row,
+                    },
+                    matrix: filters,
+                    epilogue: WriteRows {
+                        across: columns,
+                        step: write,
+                        line: write * width,
+                        pitch,
+                        out: &mut made[(y * width + x) * pitch..],
+                    },
+                });
+            }
             finish(sample, made, out);
         });
     });
@@ -324,27 +314,23 @@ fn add(sums: &mut [f32], numbers: &[f32]) {
     }
 }
 
-/// The input places that lie a multiple of the stride from the place `first`.
+/// Places that lie a multiple of a step from the place `first`: all of the output, or of the input those that the same places
+/// of the kernel reach.
 struct Phase {
     first: [usize; 2],
-    /// Where the first of them begins to read the gradient of the output.
+    /// Where the first of them begins to read.
     start: [usize; 2],
-    /// Rows of the kernel that reach them.
+    /// Rows of the kernel that it reads through.
     rows: usize,
-    /// [row of the kernel, column, output] x inputs, rows and columns backwards.
+    /// [row of the kernel, column, channel that is read] x channels; for the input's gradient rows and columns backwards.
     filters: PackedMatrix,
 }
 
 impl Phase {
     /// `None` for places that no place of the kernel reaches.
     fn new(convolving: &Convolving, first: [usize; 2], weights: &[f32], lanes: usize) -> Option<Self> {
-        let Convolving {
-            inputs,
-            outputs,
-            kernel,
-            stride,
-            ..
-        } = *convolving;
+        let (inputs, outputs) = (convolving.inputs, convolving.outputs);
+        let (kernel, stride) = (convolving.kernel, convolving.stride);
         let border = convolving.border();
         let offset = first.map(|at| (at + border) % stride);
         let reaching = offset.map(|offset| kernel.saturating_sub(offset).div_ceil(stride));
@@ -433,13 +419,7 @@ impl WithSimd for FilterGradient<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self {
-            convolving,
-            gradient,
-            read,
-            first,
-            sums,
-        } = self;
+        let (convolving, gradient, read) = (self.convolving, self.gradient, self.read);
         let (kernel, stride) = (convolving.kernel, convolving.stride);
         let [rows, columns] = convolving.output_size();
         let blocks = convolving.inputs.div_ceil(TOGETHER);
@@ -448,8 +428,9 @@ impl WithSimd for FilterGradient<'_> {
             let (read_values, gradients) = (read.of_sample(sample), gradient.within(sample));
             for start in (0..rows).step_by(band) {
                 let end = rows.min(start + band);
-                for (block, sums) in sums.chunks_exact_mut(TOGETHER * gradient.pitch).enumerate() {
-                    let (place, channel) = ((first + block) / blocks, (first + block) % blocks * TOGETHER);
+                for (block, sums) in self.sums.chunks_exact_mut(TOGETHER * gradient.pitch).enumerate() {
+                    let block = self.first + block;
+                    let (place, channel) = (block / blocks, block % blocks * TOGETHER);
                     let [y, x] = [place / kernel, place % kernel];
                     let kernel = GradientKernel {
                         read: &read_values[(stride * start + y) * read.row + x * read.pitch + channel..],

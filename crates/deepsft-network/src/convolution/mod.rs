@@ -115,13 +115,8 @@ impl Backward<Flex, 3> for Differentiated {
     fn backward(self, ops: Ops<Self::State, 3>, gradients: &mut Gradients, _: &mut Checkpointer) {
         let [x, weight, bias] = ops.parents;
         let (convolving, read, weights) = ops.state;
-        let Convolving {
-            inputs,
-            outputs,
-            kernel,
-            size: [height, width],
-            ..
-        } = convolving;
+        let (inputs, outputs, kernel) = (convolving.inputs, convolving.outputs, convolving.kernel);
+        let [height, width] = convolving.size;
         let gradient = gradients.consume::<Flex>(&ops.node).to_contiguous();
         let places = convolving.gradient(values(&gradient));
         if let Some(x) = x {

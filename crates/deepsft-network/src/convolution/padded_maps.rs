@@ -39,14 +39,11 @@ pub struct Layout {
 impl PaddedMaps {
     /// What `read` makes of maps [N, channels, rows, columns].
     pub fn new(maps: &[f32], layout: &Layout, read: impl Fn(f32) -> f32 + Sync) -> Self {
-        let Layout {
-            channels,
-            size: [rows, columns],
-            border,
-            pitch,
-            multiple,
-        } = *layout;
-        let [all_rows, all_columns] = [rows, columns].map(|side| side.next_multiple_of(multiple) + 2 * border);
+        let (channels, border, pitch) = (layout.channels, layout.border, layout.pitch);
+        let [rows, columns] = layout.size;
+        let [all_rows, all_columns] = layout
+            .size
+            .map(|side| side.next_multiple_of(layout.multiple) + 2 * border);
         let row = all_columns * pitch;
         let sample = all_rows * row;
         let map = channels * rows * columns;

@@ -124,29 +124,20 @@ impl WithSimd for Chunk<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self {
-            from,
-            filters,
-            first_sample,
-            size: [height, width],
-            tiles,
-            read,
-            products,
-            out,
-        } = self;
+        let (from, tiles, [height, width]) = (self.from, self.tiles, self.size);
         let [down, across] = [height, width].map(|side| side.div_ceil(TILE));
         let pitch = odd_cache_lines(from.pitch);
-        for (tile, read) in tiles.clone().zip(read.chunks_exact_mut(POINTS * pitch)) {
-            let sample = from.of_sample(first_sample + tile / (down * across));
+        for (tile, read) in tiles.clone().zip(self.read.chunks_exact_mut(POINTS * pitch)) {
+            let sample = from.of_sample(self.first_sample + tile / (down * across));
             let [y, x] = [tile / across % down, tile % across].map(|at| TILE * at);
             let first = &sample[y * from.row + x * from.pitch..];
             tile_to_points::<S, InputLines, READ>(simd, first, from, from.pitch, read, pitch);
         }
-        let outputs = filters.outputs;
+        let (outputs, products) = (self.filters.outputs, self.products);
         let point_pitch = odd_cache_lines(CHUNK * outputs);
-        for (point, matrix) in filters.points.iter().enumerate() {
+        for (point, matrix) in self.filters.points.iter().enumerate() {
             let rows = MatrixRows {
-                values: &read[point * pitch..],
+                values: &self.read[point * pitch..],
                 count: tiles.len(),
                 across: tiles.len(),
                 step: POINTS * pitch,
@@ -158,7 +149,7 @@ impl WithSimd for Chunk<'_> {
             multiply::<S, false>(simd, &rows, matrix, &mut Overwrite { values, outputs });
         }
         for (index, tile) in tiles.enumerate() {
-            let out = &mut out[tile / (down * across) * height * width * outputs..][..height * width * outputs];
+            let out = &mut self.out[tile / (down * across) * height * width * outputs..][..height * width * outputs];
             let [y, x] = [tile / across % down, tile % across].map(|at| TILE * at);
             for channel in (0..outputs).step_by(S::F32_LANES) {
                 let mut columns = [[simd.splat_f32s(0.0); READ]; READ];
@@ -243,16 +234,9 @@ impl WithSimd for FilterGradient<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self {
-            read,
-            gradient,
-            size,
-            channels,
-            between: [reads, gradients, sums],
-            out,
-        } = self;
-        let [down, across] = size.map(|side| side.div_ceil(TILE));
-        let (count, outputs) = (channels.len(), gradient.pitch);
+        let (read, gradient, [reads, gradients, sums]) = (self.read, self.gradient, self.between);
+        let [down, across] = self.size.map(|side| side.div_ceil(TILE));
+        let (count, outputs) = (self.channels.len(), gradient.pitch);
         // [point, tile, channel] and [point, channel, output].
         let [read_pitch, gradient_pitch] = [count, outputs].map(|numbers| odd_cache_lines(CHUNK * numbers));
         sums.fill(0.0);
@@ -262,7 +246,7 @@ impl WithSimd for FilterGradient<'_> {
             for (index, tile) in chunk.clone().enumerate() {
                 let sample = tile / (down * across);
                 let [y, x] = [tile / across % down, tile % across].map(|at| TILE * at);
-                let first = &read.of_sample(sample)[y * read.row + x * read.pitch + channels.start..];
+                let first = &read.of_sample(sample)[y * read.row + x * read.pitch + self.channels.start..];
                 let points = &mut reads[index * count..];
                 tile_to_points::<S, InputLines, READ>(simd, first, read, count, points, read_pitch);
                 let first = &gradient.within(sample)[y * gradient.row + x * gradient.pitch..];
@@ -286,7 +270,7 @@ impl WithSimd for FilterGradient<'_> {
                 }
             }
         }
-        for (channel, out) in out.chunks_exact_mut(9 * outputs).enumerate() {
+        for (channel, out) in self.out.chunks_exact_mut(9 * outputs).enumerate() {
             for output in (0..outputs).step_by(S::F32_LANES) {
                 let mut columns = [[simd.splat_f32s(0.0); READ]; READ];
                 for (j, column) in columns.iter_mut().enumerate() {

@@ -131,7 +131,7 @@ impl Stack {
 
     /// Writes itself into `table` under `name`.
     pub fn describe(&self, name: &str, table: &mut LayerTable) {
-        let [_, rows, columns] = table.size();
+        let [_, rows, columns] = table.size;
         let [mut rows, columns] = self.first.output([rows, columns]);
         let channels = self.first.expand.channels();
         let (widths, stride) = (self.first.widths(), self.first.reduce.stride());

@@ -45,14 +45,10 @@ impl Small {
 }
 
 /// Values of -1..1 that depend on their places alone.
-fn values(seed: usize, shape: &[usize]) -> TensorData {
-    let count = shape.iter().product();
-    let value = |i: usize| ((i * 7919 + seed * 104_729 + i * i * 31) % 2003) as f64 / 1001.0 - 1.0;
-    TensorData::new((0..count).map(value).collect::<Vec<f64>>(), shape.to_vec())
-}
-
 fn double<const D: usize>(seed: usize, shape: [usize; D], device: &Device) -> Tensor<D> {
-    Tensor::from_data(values(seed, &shape), (device, DType::F64))
+    let value = |i: usize| ((i * 7919 + seed * 104_729 + i * i * 31) % 2003) as f64 / 1001.0 - 1.0;
+    let values: Vec<f64> = (0..shape.iter().product()).map(value).collect();
+    Tensor::from_data(TensorData::new(values, shape), (device, DType::F64))
 }
 
 /// Kernels that depend on their places alone, of the size that keeps the scale of what goes through them.
@@ -118,7 +114,7 @@ impl ModuleVisitor for Slopes<'_> {
 #[test]
 fn the_gradient_of_every_array_of_weights_is_what_central_differences_say() {
     let device = Device::flex().autodiff();
-    let init = WeightInit::drawn(&device, 0.1);
+    let init = WeightInit::new(&device, true, 0.1);
     let moved = |network: &Small, chosen, step| {
         let mut weights = Weights {
             step,

@@ -1,6 +1,6 @@
 //! What the architectures must have in common, and what tells them apart: parameters, sizes, blocks, folding.
 
-use super::block_parameters;
+use super::{block_parameters, network};
 use burn::module::{Module, ModuleMapper, ModuleVisitor, Param};
 use burn::tensor::{Device, Distribution, Tensor};
 use deepsft::{Architecture, NetworkConfig, PaperConfig, R50FConfig};
@@ -216,8 +216,7 @@ fn frozen_blocks_keep_their_running_statistics_and_trained_ones_move_them() {
 
 #[test]
 fn parameters_are_those_that_the_paper_s_counts_and_keras_tell() {
-    let device = Device::flex();
-    let paper = Network::new(&NetworkConfig::paper(SIZE_MM, &training_camera()), &device);
+    let paper = network(Architecture::Paper(PaperConfig::default()));
     // Printed in the paper: 13,618,689 for a refinement block with one output; a second output is another filter of
     // 3 x 3 x 64 with bias. The main block is 250 below the printed 81,664,765.
     assert_eq!(block_parameters(&paper, Block::DepthRefinement), 13_618_689);
@@ -228,7 +227,7 @@ fn parameters_are_those_that_the_paper_s_counts_and_keras_tell() {
     assert_eq!(block_parameters(&paper, Block::Main), 81_664_515);
     assert_eq!(paper.num_params(), 81_664_515 + 2 * 13_618_689 + 577);
     drop(paper);
-    let r50f = Network::new(&NetworkConfig::r50f(SIZE_MM, &training_camera()), &device);
+    let r50f = network(Architecture::R50F(R50FConfig::default()));
     // Keras' ResNet-50 without its top, 9 x 15 x 2048 values to 200 neurons, those to 3 x 270 x 480 values.
     let dense = (9 * 15 * 2048 + 1) * 200 + (200 + 1) * 3 * 270 * 480;
     assert_eq!(r50f.num_params(), 23_587_712 + dense);

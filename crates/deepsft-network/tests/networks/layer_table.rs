@@ -1,12 +1,9 @@
 //! The table of layers against numbers worked out by hand, and against the weights themselves.
 
+use super::network;
 use burn::module::Module;
-use burn::tensor::Device;
-use deepsft::{Architecture, NetworkConfig, PaperConfig, R50FConfig};
-use deepsft_geometry::training_camera;
-use deepsft_network::{Block, LayerDescription, Network};
-
-const SIZE_MM: [f64; 2] = [297.0, 210.0];
+use deepsft::{Architecture, CompactConfig, PaperConfig, R50FConfig};
+use deepsft_network::{Block, LayerDescription};
 
 fn of(layers: &[LayerDescription], block: Block) -> Vec<&LayerDescription> {
     layers.iter().filter(|layer| layer.block == block).collect()
@@ -37,7 +34,7 @@ fn operations(inputs: usize, [a, b, c]: [usize; 3], shortcut: bool) -> usize {
 
 #[test]
 fn the_paper_s_main_block_row_by_row() {
-    let layers = Network::new(&NetworkConfig::paper(SIZE_MM, &training_camera()), &Device::flex()).describe();
+    let layers = network(Architecture::Paper(PaperConfig::default())).describe();
     let expected = [
         ([64, 135, 240], 9_728),
         ([256, 45, 80], 76_928),
@@ -81,7 +78,7 @@ fn the_paper_s_main_block_row_by_row() {
 
 #[test]
 fn the_paper_s_refinement_blocks_row_by_row() {
-    let layers = Network::new(&NetworkConfig::paper(SIZE_MM, &training_camera()), &Device::flex()).describe();
+    let layers = network(Architecture::Paper(PaperConfig::default())).describe();
     for (block, outputs, last) in [
         (Block::DepthRefinement, 1, 577),
         (Block::RegistrationRefinement, 2, 1_154),
@@ -116,13 +113,12 @@ fn the_paper_s_refinement_blocks_row_by_row() {
 
 #[test]
 fn rows_add_up_to_the_weights_and_end_in_the_maps_for_every_architecture() {
-    let camera = training_camera();
     for architecture in [
         Architecture::Compact(Default::default()),
         Architecture::Paper(PaperConfig::narrow(8)),
         Architecture::R50F(R50FConfig::narrow(8)),
     ] {
-        let network = Network::new(&NetworkConfig::new(architecture, SIZE_MM, &camera), &Device::flex());
+        let network = network(architecture);
         for network in [network.clone(), network.fold()] {
             let layers = network.describe();
             for &block in Block::ALL {
@@ -146,12 +142,11 @@ fn rows_add_up_to_the_weights_and_end_in_the_maps_for_every_architecture() {
 
 #[test]
 fn the_compact_network_has_a_67th_of_the_papers_parameters_and_a_250th_of_its_operations() {
-    let camera = training_camera();
     let [compact, paper] = [
-        NetworkConfig::compact(SIZE_MM, &camera),
-        NetworkConfig::paper(SIZE_MM, &camera),
+        Architecture::Compact(CompactConfig::default()),
+        Architecture::Paper(PaperConfig::default()),
     ]
-    .map(|config| Network::new(&config, &Device::flex()).describe());
+    .map(|architecture| network(architecture).describe());
     let ratio =
         |of: fn(&LayerDescription) -> f64| paper.iter().map(of).sum::<f64>() / compact.iter().map(of).sum::<f64>();
     assert_eq!(ratio(|layer| layer.cost.parameters as f64).round(), 67.0);
@@ -163,7 +158,7 @@ fn the_compact_network_has_a_67th_of_the_papers_parameters_and_a_250th_of_its_op
 /// 1x1, as in Keras, 3.9). Ours sees 2.58 times as many pixels, its sides rounded up at each stride.
 #[test]
 fn r50f_costs_what_a_resnet_50_of_its_size_costs() {
-    let layers = Network::new(&NetworkConfig::r50f(SIZE_MM, &training_camera()), &Device::flex()).describe();
+    let layers = network(Architecture::R50F(R50FConfig::default())).describe();
     let (encoder, dense): (Vec<_>, Vec<_>) = layers.iter().partition(|layer| !layer.name.starts_with("dense"));
     let encoder = encoder.iter().map(|layer| layer.cost.flops).sum::<u64>() as f64 / 2e9;
     let expected = 3.86 * (270.0 * 480.0) / (224.0 * 224.0);

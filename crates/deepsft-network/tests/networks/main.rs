@@ -10,7 +10,16 @@ mod network_golden;
 mod resnet_golden;
 mod video;
 
+use burn::tensor::Device;
+use deepsft::{Architecture, NetworkConfig};
+use deepsft_geometry::training_camera;
 use deepsft_network::{Block, Network};
+
+/// A network for a sheet of A4.
+fn network(architecture: Architecture) -> Network {
+    let config = NetworkConfig::new(architecture, [297.0, 210.0], &training_camera());
+    Network::new(&config, &Device::flex())
+}
 
 /// Values of a block's weights, by their paths.
 fn block_parameters(network: &Network, block: Block) -> usize {

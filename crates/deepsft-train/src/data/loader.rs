@@ -29,21 +29,11 @@ pub enum TrainingBatch {
     Maps(MapBatch),
 }
 
-impl TrainingBatch {
-    /// Samples of the batch.
-    pub fn frames(&self) -> usize {
-        match self {
-            Self::Cells(batch) => batch.frames(),
-            Self::Maps(batch) => batch.frames(),
-        }
-    }
-}
-
 /// Endless batches for one seed. Batch b starts at sample `first_sample` and is made whole by worker
 /// b mod W; the consumer takes them in turn, so threads never change what comes out.
 pub struct Loader {
     requests: Vec<SyncSender<(u64, BatchShape)>>,
-    batches: Vec<Receiver<Result<TrainingBatch, TrainError>>>,
+    batches: Vec<Receiver<Result<(BatchShape, TrainingBatch), TrainError>>>,
     asked: usize,
     taken: usize,
 }
@@ -67,7 +57,7 @@ impl Loader {
                 for request in request_receiver {
                     let batch = make_batch(&*source, &network, surface.as_ref(), (seed, epoch_samples), request);
                     let failed = batch.is_err();
-                    if batch_sender.send(batch).is_err() || failed {
+                    if batch_sender.send(batch.map(|batch| (request.1, batch))).is_err() || failed {
                         break;
                     }
                 }
@@ -96,11 +86,11 @@ impl Loader {
         let _ = self.requests[worker].send((first_sample, shape));
     }
 
-    /// The next batch in the order of asking.
+    /// The next batch in the order of asking, and its shape.
     ///
     /// # Errors
     /// What the worker met that was to make it; [`TrainError::WorkerStopped`] after that.
-    pub fn take(&mut self) -> Result<TrainingBatch, TrainError> {
+    pub fn take(&mut self) -> Result<(BatchShape, TrainingBatch), TrainError> {
         let worker = self.taken % self.batches.len();
         self.taken += 1;
         self.batches[worker].recv().map_err(|_| TrainError::WorkerStopped)?
@@ -254,7 +244,7 @@ mod tests {
         let mut loader = Loader::start(source, &network, SEED, None, 2);
         let batch = |first| {
             loader.ask(first, shape);
-            match loader.take().unwrap() {
+            match loader.take().unwrap().1 {
                 TrainingBatch::Cells(batch) => batch.into_tensors(&Device::flex()),
                 TrainingBatch::Maps(_) => panic!("maps for a compact network"),
             }

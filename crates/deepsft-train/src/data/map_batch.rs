@@ -20,7 +20,6 @@ pub struct MapArrays<T> {
 /// Whole frames with their labels, row-major, one frame after the other.
 pub struct MapBatch {
     range: DepthRange,
-    frames: usize,
     arrays: MapArrays<Vec<f32>>,
 }
 
@@ -29,7 +28,6 @@ impl MapBatch {
     pub fn new(range: DepthRange) -> Self {
         Self {
             range,
-            frames: 0,
             arrays: MapArrays::default(),
         }
     }
@@ -53,18 +51,13 @@ impl MapBatch {
                 .registration
                 .extend(registration.map(|(pixel, uv)| label(pixel, uv[axis])));
         }
-        self.frames += 1;
-    }
-
-    /// Frames pushed so far.
-    pub fn frames(&self) -> usize {
-        self.frames
     }
 
     /// The batch as tensors on `device`.
     pub fn into_tensors(self, device: &Device) -> MapArrays<Tensor<4>> {
         let tensor = |values: Vec<f32>, channels: usize| -> Tensor<4> {
-            let shape = [self.frames, channels, CANONICAL_HEIGHT, CANONICAL_WIDTH];
+            let frames = values.len() / (channels * CANONICAL_HEIGHT * CANONICAL_WIDTH);
+            let shape = [frames, channels, CANONICAL_HEIGHT, CANONICAL_WIDTH];
             Tensor::from_data(TensorData::new(values, shape), device)
         };
         MapArrays {

@@ -68,7 +68,6 @@ pub struct Batch {
     shape: BatchShape,
     bins: Vec<usize>,
     depth_range: DepthRange,
-    windows: usize,
     arrays: WindowArrays<Vec<f32>>,
 }
 
@@ -91,7 +90,6 @@ impl Batch {
             shape,
             bins: compact.bins.clone(),
             depth_range,
-            windows: 0,
             arrays: WindowArrays {
                 bin_targets: vec![Vec::new(); compact.bins.len()],
                 ..WindowArrays::default()
@@ -144,20 +142,14 @@ impl Batch {
         arrays
             .bin_weight
             .extend(coarse.iter().map(|(_, weight)| frame_weight * weight));
-        self.windows += 1;
     }
 
-    /// Frames pushed so far.
-    pub fn frames(&self) -> usize {
-        self.windows
-    }
-
-    /// The batch as tensors on `device`.
+    /// The batch as tensors on `device`, when all its windows were added.
     pub fn into_tensors(self, device: &Device) -> BatchTensors {
-        let BatchShape { width, height, .. } = self.shape;
+        let BatchShape { frames, width, height } = self.shape;
         let (h, w) = (height / PIXELS_PER_CELL, width / PIXELS_PER_CELL);
         let tensor = |values: Vec<f32>, [channels, rows, columns]: [usize; 3]| {
-            let shape = [self.windows, channels, rows, columns];
+            let shape = [frames, channels, rows, columns];
             Tensor::<4>::from_data(TensorData::new(values, shape), device)
         };
         let arrays = self.arrays;

@@ -26,11 +26,11 @@ pub(crate) fn trusted_depth(maps: &Maps, depth_mm: &[f32]) -> Vec<bool> {
         .collect()
 }
 
-/// Where networks are measured against a depth camera: two pixels inside the mask `object` and away from jumps of the
-/// measured depth. No estimate has a say in it, so that an error of any size counts, and all networks are compared over the
-/// same pixels. `depth_mm` is 0 where nothing was measured; both are row-major, `width` pixels wide.
-fn comparable_depth(object: &[bool], depth_mm: &[f32], width: usize) -> Vec<bool> {
-    let mut surface = object.to_vec();
+/// The measured depth as maps, inside where networks are measured against it, with a registration that means nothing: two
+/// pixels inside the mask `object` and away from jumps of the measured depth. No estimate has a say in it, so that an error of
+/// any size counts, and all networks are compared over the same pixels. `depth_mm` is 0 where nothing was measured.
+pub(crate) fn measured_maps(object: &[bool], depth_mm: &[f32], size: ImageSize) -> Maps {
+    let (width, mut surface) = (size.width, object.to_vec());
     let mut check = |one: usize, other: usize| {
         let (a, b) = (depth_mm[one], depth_mm[other]);
         if a > 0.0 && b > 0.0 && (a - b).abs() > LARGEST_STEP * a.min(b) {
@@ -47,17 +47,8 @@ fn comparable_depth(object: &[bool], depth_mm: &[f32], width: usize) -> Vec<bool
         }
     }
     let well_inside = eroded(&surface, width, false);
-    (0..depth_mm.len())
-        .map(|pixel| well_inside[pixel] && depth_mm[pixel] > 0.0)
-        .collect()
-}
-
-/// The measured depth as maps, inside where networks are measured against it, with a registration that means nothing: see
-/// [`comparable_depth`].
-pub(crate) fn measured_maps(object: &[bool], depth_mm: &[f32], size: ImageSize) -> Maps {
-    let mut maps = Maps::empty((size.width, size.height));
-    let compared = comparable_depth(object, depth_mm, size.width);
-    for pixel in (0..compared.len()).filter(|&pixel| compared[pixel]) {
+    let mut maps = Maps::empty(size);
+    for pixel in (0..depth_mm.len()).filter(|&pixel| well_inside[pixel] && depth_mm[pixel] > 0.0) {
         maps.set(pixel, depth_mm[pixel], [0.5; 2]);
     }
     maps

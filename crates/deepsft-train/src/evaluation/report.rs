@@ -3,6 +3,7 @@
 use super::{Evaluation, EvaluationSummary, FrameResult, MeasuredPixels, SetMetrics};
 use deepsft::Stage;
 use serde::Serialize;
+use std::collections::BTreeMap;
 
 /// A row of the table: a model, or a stage of it, on a data set.
 #[derive(Debug, Serialize)]
@@ -24,12 +25,6 @@ pub struct EvaluationReport {
     pub device: String,
     /// Version of this crate.
     pub deepsft_version: &'static str,
-}
-
-/// The content of the JSON file when there are several rows; a single one stands there by itself.
-#[derive(Serialize)]
-struct Reports<'a> {
-    rows: &'a [EvaluationReport],
 }
 
 /// A frame's line of an [`EvaluationReport`].
@@ -69,14 +64,14 @@ impl EvaluationReport {
     }
 }
 
-/// The JSON file of rows: the row itself where there is one.
+/// The JSON file of rows: a single row by itself, several as `rows`.
 ///
 /// # Errors
 /// Those of the writer.
 pub fn reports_to_json(rows: &[EvaluationReport]) -> serde_json::Result<Vec<u8>> {
     match rows {
         [row] => serde_json::to_vec_pretty(row),
-        rows => serde_json::to_vec_pretty(&Reports { rows }),
+        rows => serde_json::to_vec_pretty(&BTreeMap::from([("rows", rows)])),
     }
 }
 

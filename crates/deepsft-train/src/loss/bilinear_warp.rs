@@ -9,15 +9,8 @@ use deepsft_geometry::{MipLevel, Picture};
 /// texels, as a camera averages it, and as [`deepsft_geometry::photo_consistency_error`] draws it.
 #[derive(Clone, Debug)]
 pub struct TexturePyramid {
-    levels: Vec<Texture>,
-}
-
-#[derive(Clone, Debug)]
-struct Texture {
-    /// [3, h, w].
-    texels: Tensor<3>,
-    /// Texels in the template's width and height: not the level's own where a finer one had an odd number.
-    extent: [f64; 2],
+    /// With the texels in the template's width and height: not the level's own where a finer one had an odd number.
+    levels: Vec<(Tensor<3>, [f64; 2])>,
 }
 
 impl TexturePyramid {
@@ -26,10 +19,7 @@ impl TexturePyramid {
         let levels = std::iter::successors(Some(MipLevel::finest(texture.clone())), MipLevel::coarser);
         Self {
             levels: levels
-                .map(|level| Texture {
-                    texels: texels(&level.picture, device),
-                    extent: level.extent.to_array(),
-                })
+                .map(|level| (texels(&level.picture, device), level.extent.to_array()))
                 .collect(),
         }
     }
@@ -37,12 +27,9 @@ impl TexturePyramid {
     /// Casts the texels, for gradients in double precision.
     #[cfg(test)]
     pub fn cast(self, dtype: burn::tensor::DType) -> Self {
-        let cast = |level: Texture| Texture {
-            texels: level.texels.cast(dtype),
-            ..level
-        };
+        let levels = self.levels.into_iter();
         Self {
-            levels: self.levels.into_iter().map(cast).collect(),
+            levels: levels.map(|(texels, extent)| (texels.cast(dtype), extent)).collect(),
         }
     }
 
@@ -56,7 +43,7 @@ impl TexturePyramid {
     /// The appendix writes floor and ceil; where x is a whole number these are one, and its weights would sum to two.
     /// floor + 1 is the same elsewhere and right there.
     pub fn warp(&self, level: usize, registration: Tensor<4>) -> Tensor<4> {
-        let Texture { texels, extent } = &self.levels[level.min(self.levels.len() - 1)];
+        let (texels, extent) = &self.levels[level.min(self.levels.len() - 1)];
         let [_, height, width] = texels.dims();
         let [_, _, rows, columns] = registration.dims();
         let pixels = rows * columns;
@@ -83,9 +70,7 @@ fn neighbours(
     length: usize,
 ) -> (Tensor<1, Int>, Tensor<1, Int>, Tensor<1>) {
     let [_, _, rows, columns] = registration.dims();
-    let one = registration
-        .clone()
-        .slice([0..1, coordinate..coordinate + 1, 0..rows, 0..columns]);
+    let one = registration.clone().narrow(1, coordinate, 1);
     let position: Tensor<1> = one.reshape([rows * columns]) * extent - 0.5;
     let floor = position.clone().detach().floor();
     // Far beyond the texture a whole number would not fit its type.

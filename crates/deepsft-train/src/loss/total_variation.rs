@@ -8,21 +8,17 @@ use burn::tensor::Tensor;
 /// `maps` [N, C, H, W]; `inside` [N, 1, H, W], 0 or 1: only differences between two pixels inside count (our choice: the
 /// object's outline is no noise).
 pub fn squared_total_variation(maps: Tensor<4>, inside: Tensor<4>) -> Tensor<1> {
-    let [n, c, h, w] = maps.dims();
-    let across = maps.clone().slice([0..n, 0..c, 0..h, 1..w]) - maps.clone().slice([0..n, 0..c, 0..h, 0..w - 1]);
-    let both_across =
-        inside.clone().slice([0..n, 0..1, 0..h, 1..w]) * inside.clone().slice([0..n, 0..1, 0..h, 0..w - 1]);
-    let down = maps.clone().slice([0..n, 0..c, 1..h, 0..w]) - maps.slice([0..n, 0..c, 0..h - 1, 0..w]);
-    let both_down = inside.clone().slice([0..n, 0..1, 1..h, 0..w]) * inside.slice([0..n, 0..1, 0..h - 1, 0..w]);
-    let an_image = |differences: Tensor<4>, both: Tensor<4>| -> Tensor<2> {
-        let [_, _, rows, columns] = differences.dims();
+    // Of neighbours along a dimension, for each image: [N, 1].
+    let along = |dimension: usize| -> Tensor<2> {
+        let length = maps.dims()[dimension];
         // A map of one row has nothing below; empty tensors cannot be reshaped.
-        if rows * columns == 0 {
-            return Tensor::zeros([n, 1], &differences.device());
+        if length < 2 {
+            return Tensor::zeros([maps.dims()[0], 1], &maps.device());
         }
-        (differences.abs() * both).reshape([n, c * rows * columns]).sum_dim(1) // [N, 1]
+        let neighbours = |x: &Tensor<4>| [1, 0].map(|first| x.clone().narrow(dimension, first, length - 1));
+        let ([next, one], [next_inside, one_inside]) = (neighbours(&maps), neighbours(&inside));
+        let counted: Tensor<2> = ((next - one).abs() * (next_inside * one_inside)).flatten(1, 3);
+        counted.sum_dim(1)
     };
-    (an_image(across, both_across) + an_image(down, both_down))
-        .square()
-        .sum()
+    (along(3) + along(2)).square().sum()
 }

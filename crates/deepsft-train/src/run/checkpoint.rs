@@ -11,7 +11,7 @@ use deepsft_formats::{
 };
 use deepsft_network::Network;
 use serde::de::DeserializeOwned;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
@@ -26,7 +26,7 @@ pub struct CurvePoint {
     pub seconds: f64,
     /// Mean training loss since the last point; not a number before the first step. JSON, which knows finite numbers
     /// only, has null there.
-    #[serde(with = "finite_or_null")]
+    #[serde(deserialize_with = "nan_for_null")]
     pub loss: f64,
     /// Learning rate.
     pub learning_rate: f64,
@@ -40,17 +40,8 @@ pub struct CurvePoint {
     pub photo_consistency_error: Option<f64>,
 }
 
-/// A number that may be NaN, as JSON has it.
-mod finite_or_null {
-    use serde::{Deserialize, Deserializer, Serialize, Serializer};
-
-    pub fn serialize<S: Serializer>(value: &f64, serializer: S) -> Result<S::Ok, S::Error> {
-        value.is_finite().then_some(value).serialize(serializer)
-    }
-
-    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
-        Ok(Option::deserialize(deserializer)?.unwrap_or(f64::NAN))
-    }
+fn nan_for_null<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    Ok(Option::deserialize(deserializer)?.unwrap_or(f64::NAN))
 }
 
 /// Where a training stands.
@@ -93,11 +84,11 @@ impl<S> SavedFiles<S> {
     /// normalisation.
     ///
     /// # Errors
-    /// [`TrainError::Checkpoint`] when the file cannot be read, is not as it was saved or of another network.
+    /// [`FormatError::Unusable`] when the file cannot be read, is not as it was saved or of another network.
     pub fn network<M: Module>(&self, name: &str, fresh: M) -> Result<M, TrainError> {
         let path = self.folder.join(name);
         let record = ModuleRecord::from_bytes(self.bytes(name)?).map_err(at(&path))?;
-        fresh.try_load_record(record).map_err(at(&path))
+        Ok(fresh.try_load_record(record).map_err(at(&path))?)
     }
 
     /// Loads the optimiser into a `fresh` one.
@@ -106,16 +97,15 @@ impl<S> SavedFiles<S> {
     /// As [`SavedFiles::network`].
     pub fn optimizer(&self, fresh: ModuleOptimizer) -> Result<ModuleOptimizer, TrainError> {
         let bytes = self.bytes(OPTIMIZER)?;
-        fresh.from_bytes(bytes).map_err(at(&self.folder.join(OPTIMIZER)))
+        Ok(fresh.from_bytes(bytes).map_err(at(&self.folder.join(OPTIMIZER)))?)
     }
 
     fn bytes(&self, name: &str) -> Result<Bytes, TrainError> {
         let path = self.folder.join(name);
-        let bytes = fs::read(&path).map_err(unreadable(&path))?;
+        let bytes = fs::read(&path).map_err(read_error).map_err(at(&path))?;
         if self.files.get(name) != Some(&sha256(&bytes)) {
-            return Err(at(&path)(
-                "it is not as it was saved: remove the checkpoint, or train without --resume",
-            ));
+            let reason = "it is not as it was saved: remove the checkpoint, or train without --resume";
+            return Err(at(&path)(reason).into());
         }
         Ok(Bytes::from_bytes_vec(bytes))
     }
@@ -168,13 +158,13 @@ impl CheckpointFolder {
     /// Reads where the training of the checkpoint stands; `None` when there is none.
     ///
     /// # Errors
-    /// [`TrainError::Checkpoint`] when its state cannot be read.
+    /// [`FormatError::Unusable`] when its state cannot be read.
     pub fn read<S: DeserializeOwned>(&self) -> Result<Option<SavedFiles<S>>, TrainError> {
         recover_folder(&self.folder)?;
         let path = self.folder.join(STATE);
         let bytes = match fs::read(&path) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
-            bytes => bytes.map_err(unreadable(&path))?,
+            bytes => bytes.map_err(read_error).map_err(at(&path))?,
         };
         let StateFile { state, files } =
             serde_json::from_slice(&bytes).map_err(|error| at(&path)(json_reason(&error)))?;
@@ -258,7 +248,7 @@ impl CheckpointFolder {
     /// clone one network: clones share the running statistics of batch normalisation.
     ///
     /// # Errors
-    /// [`TrainError::Checkpoint`] when a file cannot be read or does not fit,
+    /// [`FormatError::Unusable`] when a file cannot be read or does not fit,
     /// [`TrainError::CheckpointMismatch`] when it was made with another configuration or seed.
     pub fn load(
         &self,
@@ -294,15 +284,8 @@ fn has_finite_weights(network: &Network) -> bool {
 }
 
 /// Blames what failed on the file at `path`.
-fn at<E: Display>(path: &Path) -> impl Fn(E) -> TrainError {
-    move |error| TrainError::Checkpoint {
-        reason: error.to_string(),
-        path: path.to_path_buf(),
-    }
-}
-
-fn unreadable(path: &Path) -> impl Fn(io::Error) -> TrainError {
-    move |error| at(path)(read_error(error))
+fn at<E: Display>(path: &Path) -> impl Fn(E) -> FormatError {
+    move |error| FormatError::unusable("checkpoint", path, error)
 }
 
 #[cfg(test)]

@@ -27,13 +27,7 @@ pub struct TrainingCourse<'a> {
 
 /// The card: what the model is for, how it came about, how good it is.
 pub fn model_card(bundle: &ModelBundle, course: &TrainingCourse<'_>) -> String {
-    let TrainingCourse {
-        device,
-        training_images,
-        curve,
-        tuning,
-        measured_images: [note, options],
-    } = course;
+    let (device, curve, [note, options]) = (course.device, course.curve, &course.measured_images);
     let (card, camera) = (bundle.card(), bundle.camera());
     let (provenance, accuracy) = (&card.provenance, &card.accuracy);
     let figure = |value: Option<f64>| value.map_or_else(|| "none".to_owned(), |value| format!("{value:.2}"));
@@ -58,7 +52,7 @@ pub fn model_card(bundle: &ModelBundle, course: &TrainingCourse<'_>) -> String {
 "
         )
     };
-    let recording_steps = tuning.map_or_else(String::new, |table| {
+    let recording_steps = course.tuning.map_or_else(String::new, |table| {
         format!("{table}\nThe curves of the steps are `step-2.csv` and `step-3.csv`, as far as they were made.\n\n")
     });
     format!(
@@ -104,13 +98,14 @@ through the registration, agrees with the image by at least {confidence:.2} (0: 
         focal = camera.focal().x,
         version = provenance.deepsft_version,
         command = provenance.command,
-        origin = match (training_images, tuning) {
+        origin = match (&course.training_images, course.tuning) {
             (Some(_), Some(_)) => "Trained on synthetic images and tuned on an RGB-D recording (the steps of the paper)",
             (None, Some(_)) => "Tuned on an RGB-D recording (steps 2 and 3 of the paper)",
             (_, None) => "Trained on synthetic images alone",
         },
         seed = provenance.seed,
-        training_images = training_images
+        training_images = course
+            .training_images
             .as_ref()
             .map(|images| format!("| training images | {images} |\n"))
             .unwrap_or_default(),

@@ -75,26 +75,26 @@ pub(crate) fn run<T: TrainingStep>(
     mut batches: impl FnMut(&Checkpoint) -> Result<(u64, T::Batch), TrainError>,
     mut report: impl FnMut(Progress),
 ) -> Result<Finished<T::Metrics>, TrainError> {
-    let RunSettings {
-        config,
-        fingerprint,
-        optimizer: optimizer_kind,
-        average_decay,
-    } = settings;
+    let (config, average_decay) = (settings.config, settings.average_decay);
     let folder = CheckpointFolder::new(&config.checkpoint);
     let mut network = step.make_network()?;
-    let mut optimizer = optimizer_kind.init();
-    let mut average = WeightAverage::new(&network, average_decay);
+    let mut optimizer = settings.optimizer.init();
+    let mut average = WeightAverage::new(&network, average_decay, 0);
     let mut state = Checkpoint {
-        fingerprint: fingerprint.clone(),
+        fingerprint: settings.fingerprint,
         seed: config.seed,
         ..Checkpoint::default()
     };
     if config.resume
-        && let Some(saved) = folder.load(|| step.make_network(), optimizer_kind.init(), &fingerprint, config.seed)?
+        && let Some(saved) = folder.load(
+            || step.make_network(),
+            settings.optimizer.init(),
+            &state.fingerprint,
+            config.seed,
+        )?
     {
         let averaged = saved.average.as_ref().unwrap_or(&saved.network);
-        average = WeightAverage::resume(averaged, average_decay, saved.state.step);
+        average = WeightAverage::new(averaged, average_decay, saved.state.step);
         (network, optimizer, state) = (saved.network, saved.optimizer, saved.state);
         report(Progress::Resumed {
             samples: state.samples,

@@ -15,21 +15,12 @@ pub(super) struct WeightAverage {
 }
 
 impl WeightAverage {
-    /// An average that starts at `network`; `decay` per iteration in the long run.
-    pub fn new(network: &Network, decay: f64) -> Self {
-        Self {
-            decay,
-            steps: 0,
-            values: weights(network),
-        }
-    }
-
-    /// Continues an average that was saved as a network after `steps` steps.
-    pub fn resume(average: &Network, decay: f64, steps: u64) -> Self {
+    /// An average that stands at the weights of `network` after `steps` steps; `decay` per iteration in the long run.
+    pub fn new(network: &Network, decay: f64, steps: u64) -> Self {
         Self {
             decay,
             steps,
-            values: weights(average),
+            values: weights(network),
         }
     }
 
@@ -51,19 +42,15 @@ impl WeightAverage {
 
     /// `network` with the averaged weights.
     pub fn apply(&self, network: Network) -> Network {
-        network.map(&mut Replace {
-            values: self.values.iter(),
-        })
+        network.map(&mut Replace(self.values.iter()))
     }
 }
 
-struct Replace<'a> {
-    values: std::slice::Iter<'a, Tensor<1>>,
-}
+struct Replace<'a>(std::slice::Iter<'a, Tensor<1>>);
 
 impl ModuleMapper for Replace<'_> {
     fn map_float<const D: usize>(&mut self, param: Param<Tensor<D>>) -> Param<Tensor<D>> {
-        let Some(values) = self.values.next() else { return param };
+        let Some(values) = self.0.next() else { return param };
         param.map(|old| values.clone().reshape(old.dims()).to_device(&old.device()))
     }
 }
@@ -72,14 +59,7 @@ struct Collect(Vec<Tensor<1>>);
 
 impl ModuleVisitor for Collect {
     fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
-        let weights = param.val();
-        let count = weights.shape().num_elements();
-        let weights = if weights.device().is_autodiff() {
-            weights.inner()
-        } else {
-            weights
-        };
-        self.0.push(weights.reshape([count]));
+        self.0.push(param.val().inner().flatten(0, D - 1));
     }
 }
 
@@ -105,7 +85,7 @@ mod tests {
     #[test]
     fn the_average_moves_a_known_fraction_towards_the_new_weights() {
         let (first, second) = (network(), network());
-        let mut average = WeightAverage::new(&first, 0.9);
+        let mut average = WeightAverage::new(&first, 0.9, 0);
         average.update(&second);
         // After one step the fraction kept is (1 + 1) / (10 + 1).
         let values = |network: &Network| -> Vec<Vec<f32>> {

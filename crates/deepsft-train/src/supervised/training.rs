@@ -76,8 +76,8 @@ pub fn train<S: SampleSource + ?Sized + 'static>(
             loader.ask(asked, shape);
             asked += shape.frames as u64;
         }
-        let batch = loader.take()?;
-        Ok((batch.frames() as u64, batch))
+        let (shape, batch) = loader.take()?;
+        Ok((shape.frames as u64, batch))
     };
     let Finished { network, state, .. } = run(&step, settings, None, batches, report)?;
     Ok(Trained {
@@ -102,16 +102,11 @@ fn fingerprint(
     epoch_samples: Option<u64>,
     trunk: Option<&Trunk>,
 ) -> Fingerprint {
-    let TrainConfig {
-        optimizer,
-        schedule,
-        average_decay,
-        ..
-    } = config;
+    let settings = (&config.optimizer, &config.schedule, config.average_decay, epoch_samples);
     let fingerprint = Fingerprint::default()
         .with(SAMPLES, &source.fingerprint())
         .with(NETWORK, network)
-        .with(SETTINGS, &(optimizer, schedule, average_decay, epoch_samples));
+        .with(SETTINGS, &settings);
     match trunk {
         Some(trunk) => fingerprint.with(BEGINNING, &trunk.sha256),
         None => fingerprint,
@@ -167,7 +162,7 @@ impl TrainingStep for StepOne<'_> {
                     expected: "compact",
                 })?;
                 let tensors = batch.into_tensors(&self.differentiable);
-                let output = compact.forward_windows(tensors.images.clone(), &tensors.corners);
+                let output = compact.forward_windows(tensors.images.clone(), Some(&tensors.corners));
                 Ok(step_one_loss(output, &tensors))
             }
             TrainingBatch::Maps(batch) => {

@@ -2,7 +2,7 @@
 
 use crate::error::TrainError;
 use deepsft::{WEIGHTS_FILE, Weights, weights_from_burnpack};
-use deepsft_formats::{read_error, sha256};
+use deepsft_formats::{FormatError, read_error, sha256};
 use deepsft_network::NetworkError;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -18,19 +18,16 @@ pub(super) struct Trunk {
 impl Trunk {
     pub fn read(folder: &Path) -> Result<Self, TrainError> {
         let path = folder.join(WEIGHTS_FILE);
-        match fs::read(&path) {
-            Ok(file) => Ok(Self {
-                sha256: sha256(&file),
-                weights: weights_from_burnpack(&file).map_err(|error| NetworkError::Weights {
-                    file: path.display().to_string(),
-                    reason: error.to_string(),
-                })?,
-                path,
-            }),
-            Err(error) => Err(TrainError::From {
-                reason: read_error(error).to_string(),
-                path,
-            }),
-        }
+        let unreadable = |error| FormatError::unusable("weights to begin with", &path, read_error(error));
+        let file = fs::read(&path).map_err(unreadable)?;
+        let weights = weights_from_burnpack(&file).map_err(|error| NetworkError::Weights {
+            file: path.display().to_string(),
+            reason: error.to_string(),
+        })?;
+        Ok(Self {
+            sha256: sha256(&file),
+            weights,
+            path,
+        })
     }
 }

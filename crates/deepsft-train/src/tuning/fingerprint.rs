@@ -48,7 +48,7 @@ pub(crate) fn fingerprint(
 /// Frames are not compared, as the network has a say in them, but for the number of frames in the recording.
 ///
 /// # Errors
-/// [`TrainError::Checkpoint`] names the file that cannot be read or moved.
+/// [`TrainError::Format`] names the file that cannot be read or moved.
 pub fn set_aside_outdated(
     network: &Network,
     step: TuningStep,

@@ -7,6 +7,7 @@ use burn::tensor::Device;
 use deepsft_geometry::metrics::{Summary, frame_metrics};
 use deepsft_geometry::{Maps, Picture, photo_consistency_error, relit_photo_consistency_error};
 use deepsft_network::Network;
+use deepsft_synth::Sample;
 use serde::{Deserialize, Serialize};
 
 /// The errors of a network on the held-out frames of a recording: means and medians over frames, or those of one frame.
@@ -52,7 +53,7 @@ impl RecordingMetrics {
     /// # Errors
     /// [`TrainError`] when the device fails or the truth is not of the canonical size.
     pub fn measure(network: &Network, set: TuningSet<'_>, device: &Device) -> Result<Self, TrainError> {
-        let measured = MeasuredSet::of(set);
+        let recorded = set.texture_as_recorded();
         let surface = network.config().rest_surface(set.template);
         let infer = |image: &Picture, seen: Option<&[bool]>| {
             pollster::block_on(network.infer(image, seen, surface.as_ref(), device))
@@ -62,7 +63,7 @@ impl RecordingMetrics {
             let truth = set.truth.get(&frame.index).map(|sample| &sample.truth);
             let region = frame.measured_region(truth)?;
             let maps = infer(&frame.image, Some(&region))?;
-            let mut errors = measured.errors(&maps, frame, &region, truth)?;
+            let mut errors = errors(set, &recorded, frame, &region, &maps, truth)?;
             if network.says_outside() {
                 let maps = infer(&frame.image, None)?;
                 errors.mask_iou = iou(&maps.mask(), &region);
@@ -78,12 +79,12 @@ impl RecordingMetrics {
     /// # Errors
     /// [`TrainError::Geometry`] when the truth is not of the canonical size.
     pub fn of_truth(set: TuningSet<'_>) -> Result<Option<Self>, TrainError> {
-        let measured = MeasuredSet::of(set);
+        let recorded = set.texture_as_recorded();
         let mut frames = Vec::new();
         for frame in &set.frames.held_out {
-            if let Some(sample) = set.truth.get(&frame.index) {
-                let region = frame.measured_region(Some(&sample.truth))?;
-                frames.push(measured.errors(&sample.truth, frame, &region, Some(&sample.truth))?);
+            if let Some(Sample { truth, .. }) = set.truth.get(&frame.index) {
+                let region = frame.measured_region(Some(truth))?;
+                frames.push(errors(set, &recorded, frame, &region, truth, Some(truth))?);
             }
         }
         Ok((!frames.is_empty()).then(|| Self::over(&frames)))
@@ -112,46 +113,32 @@ impl RecordingMetrics {
     }
 }
 
-/// What frames are measured with.
-struct MeasuredSet<'a> {
-    set: TuningSet<'a>,
-    texture_as_recorded: Picture,
-}
-
-impl<'a> MeasuredSet<'a> {
-    fn of(set: TuningSet<'a>) -> Self {
-        Self {
-            texture_as_recorded: set.texture_as_recorded(),
-            set,
-        }
-    }
-
-    /// The errors of `maps`, which are inside at the pixels of `region`; all but the mask's.
-    fn errors(
-        &self,
-        maps: &Maps,
-        frame: &TrainingFrame,
-        region: &[bool],
-        truth: Option<&Maps>,
-    ) -> Result<RecordingMetrics<f64>, TrainError> {
-        let TuningSet {
-            template, canonical, ..
-        } = self.set;
-        let (image, texture) = (&frame.image, template.texture());
-        let against = |reference: &Maps| frame_metrics(maps, reference, canonical, template);
-        let measured = frame.measured(region);
-        let against_truth = truth.map(against).transpose()?;
-        Ok(RecordingMetrics {
-            measured_depth_rmse_mm: against(&measured)?.depth_rmse_mm,
-            measured_depth_pixels: measured.area() as u64,
-            photo_consistency_error: photo_consistency_error(image, texture, maps),
-            recorded_colors_photo_consistency_error: photo_consistency_error(image, &self.texture_as_recorded, maps),
-            relit_photo_consistency_error: relit_photo_consistency_error(image, texture, maps),
-            depth_rmse_mm: against_truth.and_then(|errors| errors.depth_rmse_mm),
-            registration_rmse_px: against_truth.and_then(|errors| errors.registration_rmse_px),
-            mask_iou: None,
-        })
-    }
+/// The errors of `maps`, which are inside at the pixels of `region`, in `frame`; all but the mask's. `recorded` is the texture as
+/// recorded.
+fn errors(
+    TuningSet {
+        template, canonical, ..
+    }: TuningSet<'_>,
+    recorded: &Picture,
+    frame: &TrainingFrame,
+    region: &[bool],
+    maps: &Maps,
+    truth: Option<&Maps>,
+) -> Result<RecordingMetrics<f64>, TrainError> {
+    let (image, texture) = (&frame.image, template.texture());
+    let against = |reference: &Maps| frame_metrics(maps, reference, canonical, template);
+    let measured = frame.measured(region);
+    let against_truth = truth.map(against).transpose()?;
+    Ok(RecordingMetrics {
+        measured_depth_rmse_mm: against(&measured)?.depth_rmse_mm,
+        measured_depth_pixels: measured.area() as u64,
+        photo_consistency_error: photo_consistency_error(image, texture, maps),
+        recorded_colors_photo_consistency_error: photo_consistency_error(image, recorded, maps),
+        relit_photo_consistency_error: relit_photo_consistency_error(image, texture, maps),
+        depth_rmse_mm: against_truth.and_then(|errors| errors.depth_rmse_mm),
+        registration_rmse_px: against_truth.and_then(|errors| errors.registration_rmse_px),
+        mask_iou: None,
+    })
 }
 
 /// Intersection over union of two masks; `None` when both are empty.

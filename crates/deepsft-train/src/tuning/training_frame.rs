@@ -4,7 +4,7 @@ use crate::error::TrainError;
 use crate::evaluation::{eroded, measured_maps, trusted_depth};
 use burn::tensor::{Device, Tensor, TensorData};
 use deepsft_geometry::{Camera, GeometryError, Maps, Picture, RestSurface, check_size, mipmap_level};
-use deepsft_network::{Network, pictures_to_tensor};
+use deepsft_network::Network;
 use deepsft_synth::{RecordedFrame, Recording};
 
 /// Fewest pixels of the object in a frame that is used.
@@ -108,45 +108,16 @@ impl TrainingFrame {
     }
 }
 
-/// Frames on a device.
-pub(crate) struct FrameTensors {
-    /// [N, 3, H, W], 0..=1.
-    pub(crate) images: Tensor<4>,
-    /// Measured depth, mm, [N, 1, H, W].
-    pub(crate) depth_mm: Tensor<4>,
-    /// [N, 1, H, W], 0 or 1.
-    pub(crate) depth_counts: Tensor<4>,
-    /// [N, 1, H, W], 0 or 1.
-    pub(crate) inside: Tensor<4>,
-}
-
-impl FrameTensors {
-    pub(crate) fn new(frames: &[&TrainingFrame], device: &Device) -> Self {
-        let pictures: Vec<&Picture> = frames.iter().map(|frame| &frame.image).collect();
-        let images = pictures_to_tensor(&pictures, device);
-        let [n, _, h, w] = images.dims();
-        let depth_mm: Vec<f32> = frames.iter().flat_map(|frame| frame.depth_mm.iter().copied()).collect();
-        Self {
-            images,
-            depth_mm: Tensor::from_data(TensorData::new(depth_mm, [n, 1, h, w]), device),
-            depth_counts: flags(frames.iter().map(|frame| &frame.depth_counts[..]), [n, 1, h, w], device),
-            inside: flags(frames.iter().map(|frame| &frame.inside[..]), [n, 1, h, w], device),
-        }
-    }
-
-    /// Where the object surely is not in `frames`, which these are, [N, 1, H, W], 0 or 1.
-    pub(crate) fn outside(&self, frames: &[&TrainingFrame]) -> Tensor<4> {
-        let outside: Vec<Vec<bool>> = frames.iter().map(|frame| frame.outside()).collect();
-        flags(
-            outside.iter().map(Vec::as_slice),
-            self.inside.dims(),
-            &self.inside.device(),
-        )
-    }
+/// Numbers of the pixels of `frames`, which are of one size, on a device, [N, 1, H, W]; `of` gives those of a frame.
+pub(crate) fn pixels(frames: &[&TrainingFrame], device: &Device, of: impl Fn(&TrainingFrame) -> Vec<f32>) -> Tensor<4> {
+    let values: Vec<f32> = frames.iter().flat_map(|frame| of(frame)).collect();
+    let (width, height) = frames
+        .first()
+        .map_or((0, 0), |frame| (frame.image.width(), frame.image.height()));
+    Tensor::from_data(TensorData::new(values, [frames.len(), 1, height, width]), device)
 }
 
 /// Flags as 0 and 1.
-fn flags<'a>(frames: impl Iterator<Item = &'a [bool]>, shape: [usize; 4], device: &Device) -> Tensor<4> {
-    let values: Vec<f32> = frames.flatten().map(|&flag| f32::from(u8::from(flag))).collect();
-    Tensor::from_data(TensorData::new(values, shape), device)
+pub(crate) fn numbers(flags: &[bool]) -> Vec<f32> {
+    flags.iter().map(|&flag| f32::from(u8::from(flag))).collect()
 }

@@ -3,16 +3,15 @@
 use super::fingerprint::fingerprint;
 use super::recorded_frames::TuningSet;
 use super::recording_metrics::{MeanMedian, RecordingMetrics};
-use super::training_frame::{FrameTensors, TrainingFrame};
+use super::training_frame::{TrainingFrame, numbers, pixels};
 use crate::config::{TrainConfig, TuningSettings, TuningStep};
 use crate::error::TrainError;
 use crate::loss::{Light, TexturePyramid, registration_of_positions};
 use crate::run::{Checkpoint, CurvePoint, Finished, Progress, RunSettings, TrainingStep, run};
 use burn::module::Module;
-use burn::store::ModuleRecord;
-use burn::tensor::{Bytes, Device, Tensor};
-use deepsft_geometry::RestSurface;
-use deepsft_network::{Network, NetworkMaps};
+use burn::tensor::{Device, Tensor};
+use deepsft_geometry::{Picture, RestSurface};
+use deepsft_network::{Network, NetworkMaps, pictures_to_tensor};
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_pcg::Pcg64Mcg;
@@ -134,8 +133,8 @@ impl<'a> TrainingStep for Tuning<'a> {
     type Metrics = RecordingMetrics;
 
     fn make_network(&self) -> Result<Network, TrainError> {
-        let copy = copy_of(self.start, &self.differentiable)?;
-        Ok(copy.train_only(&[self.step.block()]))
+        let copy = Network::from_folded(&self.start.folded(), self.device)?;
+        Ok(copy.train().train_only(&[self.step.block()]))
     }
 
     fn progress(&self, state: &Checkpoint) -> f64 {
@@ -154,27 +153,32 @@ impl<'a> TrainingStep for Tuning<'a> {
     }
 
     fn loss(&self, network: &Network, frames: Vec<&'a TrainingFrame>) -> Result<Tensor<1>, TrainError> {
-        let tensors = FrameTensors::new(&frames, &self.differentiable);
+        let device = &self.differentiable;
+        let pictures: Vec<&Picture> = frames.iter().map(|frame| &frame.image).collect();
+        let images = pictures_to_tensor(&pictures, device);
         let NetworkMaps {
             depth, registration, ..
-        } = network.forward_maps(tensors.images.clone());
+        } = network.forward_maps(images.clone());
         Ok(match self.step {
             TuningStep::Depth => {
                 let range = network.config().depth_range;
+                let measured_mm = pixels(&frames, device, |frame| frame.depth_mm.clone());
+                let measured = (measured_mm - range.near_mm) / range.span_mm();
+                let counts = pixels(&frames, device, |frame| numbers(&frame.depth_counts));
                 // The mask of these networks is read from the depth: it has to stay -1 outside.
-                let outside = network.says_outside().then(|| tensors.outside(&frames));
-                let measured = (tensors.depth_mm - range.near_mm) / range.span_mm();
-                let loss = &self.config.depth_loss;
-                loss.apply(depth, measured, tensors.depth_counts, outside, range)
+                let outside = || pixels(&frames, device, |frame| numbers(&frame.outside()));
+                let outside = network.says_outside().then(outside);
+                self.config.depth_loss.apply(depth, measured, counts, outside, range)
             }
             TuningStep::Registration => {
                 let levels: Vec<usize> = frames.iter().map(|frame| frame.level).collect();
+                let inside = pixels(&frames, device, |frame| numbers(&frame.inside));
                 let registration = match &self.surface {
                     Some(surface) => registration_of_positions(registration, surface)?,
                     None => registration,
                 };
                 let loss = &self.config.photo_consistency;
-                loss.apply(registration, &tensors.images, &tensors.inside, &self.texture, &levels)
+                loss.apply(registration, &images, &inside, &self.texture, &levels)
             }
         })
     }
@@ -191,18 +195,4 @@ impl<'a> TrainingStep for Tuning<'a> {
         point.mask_iou = metrics.mask_iou.map(|m| m.mean);
         point.photo_consistency_error = median(metrics.photo_consistency_error);
     }
-}
-
-/// A network of its own with the same weights, for training on `device`. The weights of bundles are folded, and so are
-/// the copy's.
-fn copy_of(network: &Network, device: &Device) -> Result<Network, TrainError> {
-    let failure = |reason: String| deepsft::DeepSftError::Execution(reason);
-    let bytes = network
-        .clone()
-        .into_record()
-        .into_bytes()
-        .map_err(|e| failure(e.to_string()))?;
-    let record = ModuleRecord::from_bytes(Bytes::from_bytes_vec(bytes.to_vec())).map_err(|e| failure(e.to_string()))?;
-    let fresh = Network::new(network.config(), device).fold();
-    Ok(fresh.try_load_record(record).map_err(|e| failure(e.to_string()))?)
 }
