@@ -7,7 +7,7 @@ use deepsft_geometry::glam::Vec2;
 use deepsft_geometry::{Camera, GeometryError, Picture};
 
 /// Longest side of the image that features are taken from, pixels: twice the canonical one, in which an A4 sheet 90 cm away is
-/// only 125 pixels long. Larger images are shrunk to it, smaller ones enlarged. Not swept; time grows with its square.
+/// only 125 pixels long. Larger images are shrunk to it. Not swept; time grows with its square.
 const LONGEST_SIDE: usize = 960;
 
 #[derive(Clone, Copy, Debug)]
@@ -25,7 +25,7 @@ pub(crate) struct FeatureOptions {
 /// For images of cameras.
 pub(crate) const IMAGE: FeatureOptions = FeatureOptions {
     corners: 2000,
-    longest_side: LONGEST_SIDE,
+    longest_side: 0,
     levels: 8,
     threshold: 8,
 };
@@ -57,6 +57,14 @@ impl Features {
         let image = resized(image, LONGEST_SIDE);
         let camera = camera.resized(image.size())?;
         Ok((Self::search(&image, IMAGE), camera))
+    }
+
+    /// Finds the features of `image` enlarged to twice its size, at most to 960 pixels along its longer side; positions are in its own pixels. A second
+    /// look: small sheets are found, but more wrong matches agree. `None` of an image that is as large already.
+    pub fn enlarged(image: &Picture) -> Option<Self> {
+        let longest = image.width().max(image.height());
+        let longest_side = LONGEST_SIDE.min(2 * longest);
+        (longest < LONGEST_SIDE).then(|| Self::search(image, FeatureOptions { longest_side, ..IMAGE }))
     }
 
     /// The features of `picture`, whose sides are at most 65,535 pixels.

@@ -257,14 +257,7 @@ mod tests {
         let motif = print();
         let print = Picture::from_fn(400, 300, |x, y| motif.pixel(100 + x % 100, 100 + y % 100));
         let target = target(400.0, print.clone());
-        let features = Features::search(
-            &print,
-            FeatureOptions {
-                levels: 1,
-                longest_side: 0,
-                ..IMAGE
-            },
-        );
+        let features = Features::search(&print, FeatureOptions { levels: 1, ..IMAGE });
         let found = matches(&features, &target);
         // Only the border and what a level of the pyramid makes of it is like nothing else.
         let inside =

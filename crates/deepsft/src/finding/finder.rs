@@ -106,7 +106,17 @@ impl Finder {
             }
             Self::Features(finder) => {
                 let (features, camera) = view.features()?;
-                finder.find(features, camera)?
+                let found = finder.find(features, camera)?;
+                let camera = view.camera();
+                let second_look = if found.is_none() {
+                    view.enlarged_features()
+                } else {
+                    None
+                };
+                match second_look {
+                    Some(features) => finder.find(features, camera)?,
+                    None => found,
+                }
             }
             Self::Descriptors(finder) => {
                 let candidates = finder.matches(view, canonical)?;

@@ -13,6 +13,7 @@ pub struct View<'a> {
     camera: &'a Camera,
     canonical: Option<(Camera, Cow<'a, Picture>)>,
     features: Option<(Features, Camera)>,
+    enlarged_features: Option<Option<Features>>,
     descriptors: Option<ImageDescriptors>,
 }
 
@@ -24,6 +25,7 @@ impl<'a> View<'a> {
             camera,
             canonical: None,
             features: None,
+            enlarged_features: None,
             descriptors: None,
         }
     }
@@ -92,5 +94,13 @@ impl<'a> View<'a> {
         };
         let (features, camera) = self.features.insert(known);
         Ok((features, camera))
+    }
+
+    /// The same of the enlarged image, in the pixels of [`View::camera`]. `None` of an image that is large already.
+    pub fn enlarged_features(&mut self) -> Option<&Features> {
+        let image = self.image;
+        self.enlarged_features
+            .get_or_insert_with(|| Features::enlarged(image))
+            .as_ref()
     }
 }

@@ -1,5 +1,6 @@
-//! Sheets that are too near for the training camera's angle of view, and not for the camera's.
+//! Sheets that are too near for the training camera's angle of view, and not for the camera's; and a far one in few pixels.
 
+use deepsft::features::{FeatureFinder, Features};
 use deepsft::session::{VideoFollower, VideoOptions};
 use deepsft::{Device, Estimator, Finder, ModelBundle, Target, TargetFinder, View};
 use deepsft_geometry::glam::{DVec2, DVec3};
@@ -167,4 +168,23 @@ fn a_sheet_that_comes_near_and_goes_away_is_followed_all_the_way() {
     // A video that begins with the sheet near: where the nearest view does not show it the finders look in the widest in turn.
     let near = follow(20..29);
     assert!(near.last().unwrap().1.is_some_and(|mm| mm < 1.0), "{near:?}");
+}
+
+#[test]
+fn a_far_sheet_in_few_pixels_is_found_by_a_second_look() {
+    let bundle = poster();
+    let template = bundle.template();
+    let truth = bent(&template, 1400.0);
+    let large = training_camera().resized((1920, 1080)).unwrap();
+    let (image, camera) = (
+        photograph(&template, &truth, &large).halved().halved(),
+        training_camera(),
+    );
+    let (features, _) = Features::of(&image, &camera).unwrap();
+    let mut first_look = FeatureFinder::new(template.clone()).unwrap();
+    assert!(first_look.find(&features, &camera).unwrap().is_none());
+    let mut finder = TargetFinder::new(Target::from_template(template.clone())).unwrap();
+    let estimate = pollster::block_on(finder.estimate(&mut View::new(&image, &camera))).unwrap();
+    let off = distance(&estimate.surface.unwrap().vertices_camera, &truth);
+    assert!(estimate.judgement.found && off < 8.0, "{off} mm");
 }
