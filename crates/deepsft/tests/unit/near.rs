@@ -174,10 +174,10 @@ fn a_sheet_that_comes_near_and_goes_away_is_followed_all_the_way() {
 fn a_far_sheet_in_few_pixels_is_found_by_a_second_look() {
     let bundle = poster();
     let template = bundle.template();
-    let truth = bent(&template, 1400.0);
+    let truth = bent(template, 1400.0);
     let large = training_camera().resized((1920, 1080)).unwrap();
     let (image, camera) = (
-        photograph(&template, &truth, &large).halved().halved(),
+        photograph(template, &truth, &large).halved().halved(),
         training_camera(),
     );
     let (features, _) = Features::of(&image, &camera).unwrap();

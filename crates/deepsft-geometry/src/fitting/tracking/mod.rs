@@ -7,11 +7,13 @@
 
 mod one_euro;
 mod search;
+mod settings;
 mod tracked;
 mod tracker;
 mod tracker_image;
 
 pub use one_euro::{OneEuro, OneEuroOptions};
+pub use settings::{MEMORY, START_CORRELATION};
 pub use tracked::{TrackUpdate, Tracked};
-pub use tracker::{MEMORY, START_CORRELATION, Tracker};
+pub use tracker::Tracker;
 pub use tracker_image::TrackerImage;

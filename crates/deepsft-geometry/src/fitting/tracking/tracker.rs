@@ -1,6 +1,11 @@
-//! The tracker of one template in one video, and its settings, chosen on synthetic clips.
+//! The tracker of one template in one video.
 
 use super::search::best_shift;
+use super::settings::{
+    BLURS_PX, DISAGREEMENT_PX, EARLIER_STEPS, HALVED_BLUR_PX, MARGIN_PX, MEMORY, MIN_CORRELATION, MIN_MISSED,
+    MIN_POINTS, OTHER_COPY, PATIENCE_S, PERSISTENCE, RIGID_STEPS, RIGIDITY, START_CORRELATION, STEPS, WIDE_BLURS_PX,
+    WIDE_STEPS,
+};
 use super::tracked::{TrackUpdate, Tracked};
 use super::tracker_image::TrackerImage;
 use crate::camera::Camera;
@@ -15,64 +20,6 @@ use crate::mesh::Template;
 use crate::surface::Surface;
 use glam::DVec3;
 use std::collections::VecDeque;
-
-/// Weight of rigidity: less than in one image, where it holds what is not seen. Of 464 frames of four clips in which a soft toy bends and turns
-/// 76 % were within 2 pixels with 30, 88 % with 5.
-const RIGIDITY: f64 = 5.0;
-
-/// Blur of image and drawing, pixels of the canonical image, of each round of a frame that is followed. Rounds before the last that blur by
-/// 3 pixels or more look at the image at half the size.
-const BLURS_PX: [f32; 2] = [3.0, 0.8];
-
-/// Steps of a rigid motion in the first round of a frame that is followed.
-const RIGID_STEPS: usize = 10;
-
-/// Accepted solver steps in the last round of a frame that is followed; each round before it has one, in the second try two.
-const STEPS: usize = 3;
-
-/// Blurs of the second try, when the first does not find the sheet again.
-const WIDE_BLURS_PX: [f32; 3] = [7.0, 3.0, 0.8];
-
-/// Fraction of the last motion that is expected to go on.
-const PERSISTENCE: f64 = 0.8;
-
-/// Correlation ([`Verdict::correlation`](crate::Verdict::correlation)) that a track must have to start.
-pub const START_CORRELATION: f64 = 0.5;
-
-/// Correlation below which a frame counts as missed. After a search, until a finder's next answer, it is [`START_CORRELATION`] instead.
-const MIN_CORRELATION: f64 = 0.35;
-
-/// Seconds of the video without a confirmed frame after which the track is lost, if at least two frames in a row were missed.
-const PATIENCE_S: f64 = 0.09;
-
-/// Visible photo-consistency points (one stands for 9 pixels of the canonical image) below which the object is out of view and the track lost.
-const MIN_POINTS: usize = 100;
-
-/// Distance, pixels of the canonical image, between finder and track above which they disagree, where a fifth of the sheet is further apart:
-/// the network is seldom so far off, and comparing both with the image costs no more than a start.
-const DISAGREEMENT_PX: f64 = 5.0;
-
-/// Frames that a tracker keeps for the finders' answers, which come late.
-pub const MEMORY: usize = 32;
-
-/// Pixels of the canonical image inside the drawn mesh's silhouette that are not compared: a mesh that is a little off would see what lies
-/// beside the sheet there, and creep out over it.
-const MARGIN_PX: usize = 2;
-
-/// How much higher the correlation of a mesh elsewhere must be for the track to go there: of two copies in one light the followed one is kept.
-const OTHER_COPY: f64 = 0.15;
-
-/// Accepted solver steps of the rounds before the last: they only bring the mesh near.
-const EARLIER_STEPS: usize = 1;
-
-/// The same where the mesh may be far off: they have to bend it too, on the whole image.
-const WIDE_STEPS: usize = 2;
-
-/// Blur, pixels of the canonical image, from which rounds look at the image at half the size.
-const HALVED_BLUR_PX: f32 = 3.0;
-
-/// Missed frames in a row that end a track at the earliest: one alone may be a flash.
-const MIN_MISSED: usize = 2;
 
 /// Frames from one to the next in which a solid is asked whether it is bent, and how much lower its correlation is where it is asked at once.
 const ASKED_FRAMES: u64 = 8;
