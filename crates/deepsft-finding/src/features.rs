@@ -59,12 +59,24 @@ impl Features {
         Ok((Self::search(&image, IMAGE), camera))
     }
 
-    /// Finds the features of `image` enlarged to twice its size, at most to 960 pixels along its longer side; positions are in its own pixels. A second
-    /// look: small sheets are found, but more wrong matches agree. `None` of an image that is as large already.
-    pub fn enlarged(image: &Picture) -> Option<Self> {
+    /// Finds the features of `image` at twice the size of [`Features::of`]: a second look, for small sheets. More wrong matches agree in it.
+    ///
+    /// Up to 960 pixels the image is enlarged, and positions are in its own pixels. A larger one is shrunk less, to at most 1920 pixels along its longer
+    /// side. `None` where that is not one and a half times the size: it finds hardly more, and takes more time than the first look.
+    ///
+    /// # Errors
+    /// As [`Features::of`].
+    pub fn in_detail(image: &Picture, camera: &Camera) -> Result<Option<(Self, Camera)>, GeometryError> {
         let longest = image.width().max(image.height());
-        let longest_side = LONGEST_SIDE.min(2 * longest);
-        (longest < LONGEST_SIDE).then(|| Self::search(image, FeatureOptions { longest_side, ..IMAGE }))
+        let seen = longest.min(LONGEST_SIDE);
+        let longest_side = (2 * seen).min(longest.max(LONGEST_SIDE));
+        if longest_side * 2 < seen * 3 {
+            return Ok(None);
+        }
+        let image = resized(image, longest_side);
+        let camera = camera.resized(image.size())?;
+        let options = FeatureOptions { longest_side, ..IMAGE };
+        Ok(Some((Self::search(&image, options), camera)))
     }
 
     /// The features of `picture`, whose sides are at most 65,535 pixels.

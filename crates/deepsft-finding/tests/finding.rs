@@ -10,7 +10,7 @@ use deepsft_geometry::raster::VisibleSurface;
 use deepsft_geometry::{CanonicalWarp, ImageSize, Maps, Picture, Template, training_camera};
 use deepsft_synth::painting::artwork;
 use deepsft_synth::random::{Stream, generator};
-use deepsft_synth::{SynthConfig, Synthesizer};
+use deepsft_synth::{PoseConfig, SynthConfig, Synthesizer};
 
 /// A print of the kind collage, on a sheet 297 mm wide.
 fn print(seed: u64) -> Template {
@@ -67,26 +67,49 @@ fn a_bent_print_is_found_to_two_canonical_pixels_any_way_up() {
 }
 
 #[test]
-fn a_print_that_is_small_in_a_small_image_is_found_when_that_is_enlarged() {
+fn a_print_that_is_small_is_found_by_a_second_look() {
     let template = print(1);
-    let config = SynthConfig {
-        empty_probability: 0.0,
-        min_visible_px: 2000,
-        ..SynthConfig::default()
+    let mut finder = FeatureFinder::new(template.clone()).unwrap();
+    // A small image is enlarged, of a large one more pixels are taken.
+    for (width, frames, distance_mm) in [(480, 12_usize, [1200.0, 1600.0]), (1920, 6, [2800.0, 3800.0])] {
+        let camera = training_camera().resized((width, width * 9 / 16)).unwrap();
+        let config = SynthConfig {
+            camera,
+            pose: PoseConfig {
+                distance_mm,
+                ..PoseConfig::default()
+            },
+            empty_probability: 0.0,
+            min_visible_px: 800,
+            ..SynthConfig::default()
+        };
+        let synthesizer = Synthesizer::new(&template, config).unwrap();
+        let found: Vec<[bool; 2]> = (0..frames as u64)
+            .map(|index| {
+                let sample = synthesizer.sample(79, index);
+                let first = Features::of(&sample.image, &camera).unwrap();
+                let second = Features::in_detail(&sample.image, &camera).unwrap().unwrap();
+                [first, second].map(|(features, camera)| finder.find(&features, &camera).unwrap().is_some())
+            })
+            .collect();
+        let count = |look: usize| found.iter().filter(|found| found[look]).count();
+        assert!(count(1) >= count(0) + frames / 2, "{width}: {found:?}");
+    }
+}
+
+#[test]
+fn a_second_look_needs_more_pixels_than_the_first_had() {
+    let look = |width: usize, height: usize| {
+        let camera = training_camera().resized((width, height)).unwrap();
+        let image = Picture::from_fn(width, height, |x, y| [((x * 37 + y * 91) % 251) as u8; 3]);
+        let (_, camera) = Features::in_detail(&image, &camera).unwrap()?;
+        Some((camera.size().width, camera.size().height))
     };
-    let synthesizer = Synthesizer::new(&template, config).unwrap();
-    let mut finder = FeatureFinder::new(template).unwrap();
-    let samples = (0..).map(|index| synthesizer.sample(79, index));
-    let small = samples.filter(|sample| sample.truth.area() < 4500).take(12);
-    let mut finds = |features: &Features| finder.find(features, &training_camera()).unwrap().is_some();
-    let found: Vec<[bool; 2]> = small
-        .map(|sample| {
-            let (features, _) = Features::of(&sample.image, &training_camera()).unwrap();
-            [finds(&features), finds(&Features::enlarged(&sample.image).unwrap())]
-        })
-        .collect();
-    let count = |look: usize| found.iter().filter(|found| found[look]).count();
-    assert!(count(0) == 0 && count(1) >= 4, "{found:?}");
+    // Positions in an enlarged image are in its own pixels.
+    assert_eq!(look(480, 270), Some((480, 270)));
+    assert_eq!(look(1440, 1080), Some((1440, 1080)));
+    assert_eq!(look(3000, 4000), Some((1440, 1920)));
+    assert_eq!([look(720, 480), look(960, 540), look(1280, 720)], [None; 3]);
 }
 
 #[test]

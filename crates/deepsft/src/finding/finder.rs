@@ -106,16 +106,12 @@ impl Finder {
             }
             Self::Features(finder) => {
                 let (features, camera) = view.features()?;
-                let found = finder.find(features, camera)?;
-                let camera = view.camera();
-                let second_look = if found.is_none() {
-                    view.enlarged_features()
-                } else {
-                    None
-                };
-                match second_look {
-                    Some(features) => finder.find(features, camera)?,
-                    None => found,
+                match finder.find(features, camera)? {
+                    Some(found) => Some(found),
+                    None => match view.detailed_features()? {
+                        Some((features, camera)) => finder.find(features, camera)?,
+                        None => None,
+                    },
                 }
             }
             Self::Descriptors(finder) => {

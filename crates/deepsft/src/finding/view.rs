@@ -13,7 +13,7 @@ pub struct View<'a> {
     camera: &'a Camera,
     canonical: Option<(Camera, Cow<'a, Picture>)>,
     features: Option<(Features, Camera)>,
-    enlarged_features: Option<Option<Features>>,
+    detailed_features: Option<Option<(Features, Camera)>>,
     descriptors: Option<ImageDescriptors>,
 }
 
@@ -25,7 +25,7 @@ impl<'a> View<'a> {
             camera,
             canonical: None,
             features: None,
-            enlarged_features: None,
+            detailed_features: None,
             descriptors: None,
         }
     }
@@ -96,11 +96,16 @@ impl<'a> View<'a> {
         Ok((features, camera))
     }
 
-    /// The same of the enlarged image, in the pixels of [`View::camera`]. `None` of an image that is large already.
-    pub fn enlarged_features(&mut self) -> Option<&Features> {
-        let image = self.image;
-        self.enlarged_features
-            .get_or_insert_with(|| Features::enlarged(image))
-            .as_ref()
+    /// The same at twice the size. `None` of an image that has not the pixels ([`Features::in_detail`]).
+    ///
+    /// # Errors
+    /// As [`View::features`].
+    pub fn detailed_features(&mut self) -> Result<Option<(&Features, &Camera)>, DeepSftError> {
+        let known = match self.detailed_features.take() {
+            Some(known) => known,
+            None => Features::in_detail(self.image, self.camera)?,
+        };
+        let known = self.detailed_features.insert(known).as_ref();
+        Ok(known.map(|(features, camera)| (features, camera)))
     }
 }
