@@ -59,7 +59,6 @@ impl Training {
     /// A training from new weights.
     fn new(settings: Settings, template: &Template) -> Result<Self> {
         let device = Device::flex().autodiff();
-        device.seed(settings.seed);
         let grid = template.grid();
         let grid = grid.context("the template is no flat sheet, which these networks are for")?;
         let optimizer = Optimizer::AdamW {

@@ -176,7 +176,8 @@ test("the development server keeps nothing, and lets go of a site that was there
   await kept(page);
   await rm(join(folder, "sub/service-worker.js"));
   await writeFile(join(folder, "sub/demo/offline/version.js"), "export const VERSION = null;");
-  await page.reload();
+  // The page loads itself again, perhaps before this load has ended.
+  await page.reload({ waitUntil: "commit" });
   await until(page, async () => (await navigator.serviceWorker.getRegistration()) === undefined && navigator.serviceWorker.controller === null);
   await isOf(page, null);
 });

@@ -6,12 +6,13 @@ use super::dense_depth::DenseDepth;
 use super::hdm_net::HdmNet;
 use super::ismo_gan::IsMoGan;
 use anyhow::{Result, anyhow};
-use burn::module::Module;
+use burn::module::{Module, ModuleVisitor, Param};
 use burn::tensor::{Device, Tensor};
 use clap::{Args, ValueEnum};
 use deepsft_geometry::glam::DVec3;
 use deepsft_geometry::{Maps, Picture};
 use serde::{Deserialize, Serialize};
+use std::sync::{Mutex, PoisonError};
 
 /// A network that can be trained.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
@@ -66,16 +67,31 @@ pub enum Said {
     Depth(Maps),
 }
 
+/// Draws the weights, which burn leaves until they are used.
+struct Draw;
+
+impl ModuleVisitor for Draw {
+    fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
+        param.val();
+    }
+}
+
 impl RivalNetwork {
-    /// New weights for sheets with `grid` (columns, rows) vertices.
+    /// New weights for sheets with `grid` (columns, rows) vertices, by the seed of `settings`.
     pub fn new(settings: &Settings, grid: (usize, usize), device: &Device) -> Self {
+        // All threads draw from one generator: of two networks that are made at once none would have the weights of its seed.
+        static DRAWING: Mutex<()> = Mutex::new(());
+        let _drawing = DRAWING.lock().unwrap_or_else(PoisonError::into_inner);
+        device.seed(settings.seed);
         let divisor = settings.width_divisor as usize;
-        match settings.method {
+        let network = match settings.method {
             Rival::HdmNet => Self::HdmNet(HdmNet::new(3, grid, divisor, device)),
             Rival::IsmoGan => Self::IsmoGan(IsMoGan::new(grid, divisor, device)),
             Rival::DenseDepth => Self::DenseDepth(DenseDepth::new(divisor, device)),
             Rival::Bts => Self::Bts(Bts::new(divisor, device)),
-        }
+        };
+        network.visit(&mut Draw);
+        network
     }
 
     /// What training minimises, [1].
@@ -118,7 +134,6 @@ impl RivalNetwork {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use burn::module::{ModuleVisitor, Param};
 
     /// Counts weights that learn: no running means and variances.
     struct Learning(usize);
